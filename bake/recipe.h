@@ -1,0 +1,61 @@
+#pragma once
+// Every option of a bake: default, unit, range. The option table in cli/options.cpp is the only other place that lists them.
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/grid.h"
+#include "formats/write.h"
+
+namespace texel {
+
+enum class Fill { kAuto, kOn, kOff };            // auto: closed components; on: as auto, and it is an error if none is closed
+enum class NdfKind { kSggx, kNeyret, kRatib };
+enum class Normals { kAll, kVisible };
+enum class LevelMode { kRecompute, kFilter };
+enum class Sidedness { kAuto, kAlways, kNever }; // auto: materials with cut-outs are two-sided
+enum class Pattern { kLattice, kGrid };          // kLattice: rank-1 lattice, one sample in each of s² rows and columns
+
+struct Want {
+  bool slices = true, density = true, color = true, ndf = true, visibility = true, material = true, normal = true, levels = true, preview = true;
+  [[nodiscard]] bool volume() const { return density || color || ndf || visibility || material || normal; }
+};
+
+struct Light {
+  enum class Kind { kAmbient, kSun, kPoint } kind = Kind::kAmbient;
+  V3d vector{0, 0, 0};   // sun: direction the light travels, world; point: position, world
+  V3f color{1, 1, 1};    // linear; ambient: irradiance/π; sun: irradiance/π on a facing surface; point: the same at distance 1
+};
+
+struct Recipe {
+  V3i resolution{128, 0, 0};              // .x voxels along the longest side when y = z = 0, else NX,NY,NZ; 1…4096
+  double voxel_size = 0;                  // world units; 0: from the resolution
+  std::optional<Box3d> box;               // world; default: bounds and margin
+  int margin = 1;                         // voxels around the bounds, 0…64
+  std::array<bool, 3> cyclic{false, false, false};
+  Want want;
+  std::array<bool, 3> slice_axes{true, true, true};
+  int slice_count = 0;                    // 0: the voxel count; −1: auto by the grazing criterion; else 1…4096
+  int slice_levels = 0;                   // MIP levels of the stacks written beside level 0
+  double max_angle = 54.74;               // degrees, for slice_count auto
+  double see_in = 0.5;                    // share of the object's width the eye may look in, (0, 0.5]
+  Fill fill = Fill::kAuto;
+  std::vector<Light> lights;              // empty: unlit albedo. Lights colour the slices; the volume's Cd stays albedo
+  bool shadows = false;
+  NdfKind ndf = NdfKind::kSggx;
+  Normals normals = Normals::kAll;
+  Sidedness two_sided = Sidedness::kAuto;
+  int levels = -1;                        // −1: down to one voxel; else how many levels in all, 1…
+  LevelMode level_mode = LevelMode::kRecompute;
+  double prune = 0;                       // tolerance
+  int samples = 4;                        // sub-rays per voxel edge and axis: samples² rays through each voxel column, 1…64
+  Pattern pattern = Pattern::kLattice;
+  double max_depth = 9.21034037197618;    // cap of a voxel's optical depth: −ln(1e-4)
+  int threads = 0;                        // 0: all
+  std::int64_t memory = 0;                // bytes; 0: no cap
+  WriteOptions write;                     // slice format, full float
+};
+
+}  // namespace texel

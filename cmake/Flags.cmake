@@ -1,0 +1,15 @@
+# Compiler flags, on one interface target that every target of ours links.
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+add_library(texel_flags INTERFACE)
+target_compile_features(texel_flags INTERFACE cxx_std_20)
+# No contraction and no fast-math: the same bytes from g++ and clang++, with or without FMA.
+target_compile_options(texel_flags INTERFACE -Wall -Wextra -Wshadow -Wconversion -ffp-contract=off)
+target_include_directories(texel_flags INTERFACE "${PROJECT_SOURCE_DIR}")
+if(TEXEL_SANITIZE)
+  target_compile_options(texel_flags INTERFACE -fsanitize=${TEXEL_SANITIZE} -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  target_link_options(texel_flags INTERFACE -fsanitize=${TEXEL_SANITIZE})
+endif()
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)

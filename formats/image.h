@@ -1,0 +1,35 @@
+#pragma once
+// Pictures in memory and the one place where they are read and written.
+#include <string>
+#include <vector>
+
+namespace texel {
+
+// width·height·channels floats, row 0 on top, channels interleaved. Colour channels are linear light (decoded from sRGB once,
+// on reading), alpha is linear and colour is straight (not premultiplied).
+struct Image {
+  int width = 0, height = 0;
+  int channels = 0;          // 1 grey, 2 grey + alpha, 3 RGB, 4 RGBA
+  std::vector<float> pixels;
+  [[nodiscard]] bool empty() const { return pixels.empty(); }
+  [[nodiscard]] bool has_alpha() const { return channels == 2 || channels == 4; }
+  [[nodiscard]] float* at(int x, int y) { return pixels.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * static_cast<std::size_t>(channels); }
+  [[nodiscard]] const float* at(int x, int y) const { return const_cast<Image*>(this)->at(x, y); }
+};
+
+// sRGB transfer function (IEC 61966-2-1) and its inverse, in [0,1]; values outside are clamped by encode.
+[[nodiscard]] float srgb_to_linear(float encoded);
+[[nodiscard]] float linear_to_srgb(float linear);
+
+// Reads any picture the image library knows. 8- and 16-bit integer colour is taken as sRGB, float colour as linear;
+// `raw` leaves values as stored (for alpha masks and heights). Loads the image module on first use.
+// Throws Error{kFile} when the file is missing or damaged, Error{kUnsupported} when the module is not installed. Thread-safe.
+[[nodiscard]] Image read_image(const std::string& path, bool raw = false);
+
+// 8-bit PNG: straight alpha, sRGB colour. Deterministic bytes. Needs no image module. Channels 1..4. Throws Error{kFile}.
+void write_png(const Image& image, const std::string& path);
+
+// Half-float EXR: premultiplied linear. Deterministic bytes. Loads the image module. Throws as read_image.
+void write_exr(const Image& image, const std::string& path);
+
+}  // namespace texel

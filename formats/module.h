@@ -1,0 +1,12 @@
+#pragma once
+// Libraries that take long to load are wrapped in modules (texel_image.so: OpenImageIO, texel_vdb.so: OpenVDB) and opened on first use.
+#include <string>
+
+namespace texel {
+
+// The address of `symbol` in the module `name` ("texel_image"). Looked for in $TEXEL_MODULE_DIR, beside the running program, in
+// ../lib/texel from there and in the folder fixed at install time. Loaded once, never unloaded. Thread-safe.
+// Throws Error{kUnsupported}, naming the places looked at and the loader's own message.
+[[nodiscard]] void* module_symbol(const std::string& name, const std::string& symbol);
+
+}  // namespace texel

@@ -1,0 +1,24 @@
+#pragma once
+// File -> Scene. The reader is chosen by the extension, checked against the first bytes.
+//
+//   extension  points  uv  colour  material  texture  polygons     notes
+//   .obj       x       x   x       x (.mtl)  x        any          ASCII; negative indices, continuation lines, CRLF
+//   .ply       x       x   x                          any          ASCII and binary, both byte orders
+//   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
+//   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
+#include <span>
+#include <string>
+
+#include "formats/report.h"
+#include "formats/scene.h"
+
+namespace texel {
+
+// The scene of one or several files, joined in the order given.
+// Throws Error{kFile} (cannot be read), Error{kBadInput} (malformed, with FILE:LINE and the offending value; no triangle at all),
+// Error{kUnsupported} (an extension this build cannot read; names it). Defects that can be lived with (missing .mtl or texture,
+// non-finite vertices whose faces are dropped, …) become issues. Cost: OBJ about 200 MB/s and one copy of the geometry.
+[[nodiscard]] Scene read_scene(std::span<const std::string> paths, Report& report);
+[[nodiscard]] Scene read_scene(const std::string& path, Report& report);
+
+}  // namespace texel

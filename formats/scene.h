@@ -1,0 +1,71 @@
+#pragma once
+// The first contract: what a reader hands to the baker. Plain data in world space, as the file has it.
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "formats/grid.h"
+#include "formats/image.h"
+
+namespace texel {
+
+inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
+
+// A texture used by a material: which picture, and MTL's -s, -o, -clamp. uv' = uv·scale + offset; v = 0 is the bottom row.
+struct TextureUse {
+  int texture = -1;            // into Scene::textures; −1: none
+  V2f scale{1, 1}, offset{0, 0};
+  bool clamp = false;          // else repeats
+  bool alpha_channel = false;  // map_d only: read the mask from the alpha channel rather than the luminance
+  [[nodiscard]] bool used() const { return texture >= 0; }
+};
+
+// Colours are linear light. Coverage (a hole cut in a leaf card) and transparency (glass) are different things:
+// cut-outs come from map_kd's alpha channel and map_d; `opacity` is MTL's d, the same all over the material.
+struct Material {
+  std::string name;
+  V3f kd{0.5f, 0.5f, 0.5f};    // diffuse albedo; multiplies map_kd
+  V3f ks{0, 0, 0};             // specular
+  V3f ke{0, 0, 0};             // emission
+  float roughness = 1;         // GGX α² root: α = sqrt(2/(Ns+2)); 1 where there is no specular
+  float opacity = 1;           // d, or 1 − Tr
+  TextureUse map_kd, map_d;
+};
+
+struct Texture {
+  std::string path;            // resolved, readable; readers report a missing file and leave the use out instead
+  std::string name;            // as the input names it, for messages
+};
+
+// Triangle soup with shared vertices. Polygons are already triangulated: convex ones as a fan from their first corner,
+// concave ones by ear clipping in their mean plane. Degenerate triangles are kept (they have no area and change nothing).
+// All indices are valid and all coordinates finite: readers check both.
+struct Mesh {
+  std::vector<V3d> points;                              // world
+  std::vector<V2f> uvs;                                 // may be empty
+  std::vector<V3f> colors;                              // linear, per point; empty or points.size()
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // into points, counter-clockwise seen from outside
+  std::vector<std::array<std::uint32_t, 3>> uv_corners; // into uvs; empty, or per triangle (kNoIndex where a corner has none)
+  std::vector<std::uint32_t> materials;                 // into Scene::materials, per triangle
+};
+
+struct SourceFile {
+  std::string path;            // as opened
+  std::string sha256;          // hex, of the bytes; filled by write_pack / up-to-date test
+  std::int64_t bytes = 0;
+};
+
+struct Scene {
+  Mesh mesh;                            // all inputs joined
+  std::vector<Material> materials;      // at least one
+  std::vector<Texture> textures;
+  std::vector<SourceFile> sources;      // every file read or referred to: meshes, .mtl, textures (for hashes and --depfile)
+
+  // Decodes textures[i]; called late, at most once per texture the bake needs. Throws as read_image. Set by read_scene.
+  std::function<Image(int texture)> load_texture;
+};
+
+}  // namespace texel

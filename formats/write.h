@@ -1,0 +1,30 @@
+#pragma once
+// Pack -> folder.
+#include <string>
+
+#include "formats/pack.h"
+
+namespace texel {
+
+enum class SliceFormat { kPng, kExr };
+
+struct WriteOptions {
+  bool full_float = false;                 // grids as 32-bit floats rather than halves
+  SliceFormat slice_format = SliceFormat::kPng;
+  int threads = 0;                         // 0: all
+};
+
+// Writes the pack beside `folder` and swaps it in by one rename (two names exchanged where a pack is already there), so that a
+// kill at any moment leaves the old pack or the new one. The manifest is written last. Bytes depend on the pack alone.
+// Source hashes missing from pack.sources are computed here. Leftovers of killed writes to the same folder are removed.
+// Throws Error{kFile} when the place cannot be written or is a folder that is not a pack, Error{kRunning} when the disk is full.
+void write_pack(const Pack& pack, const std::string& folder, const WriteOptions& options, Report& report);
+
+// Hex SHA-256 of a file's bytes. Throws Error{kFile}.
+[[nodiscard]] std::string file_sha256(const std::string& path, std::int64_t* bytes = nullptr);
+
+// Whether `folder` holds a pack made by this version from sources with the same bytes and the same recipe, and is whole
+// (all files there with the sizes the manifest states). Never throws: any doubt is "no". `why` says what differs.
+[[nodiscard]] bool pack_up_to_date(const std::string& folder, const Scene& scene, const std::string& recipe_json, std::string* why = nullptr);
+
+}  // namespace texel
