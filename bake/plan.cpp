@@ -1,1 +1,210 @@
+#include "bake/plan.h"
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "bake/bake.h"
+#include "bake/topology.h"
+#include "formats/error.h"
+
+namespace texel {
+namespace {
+
+constexpr int kMaxVoxels = 4096;           // per axis: fixed-point products stay below 2⁶² (crossings.cpp)
+constexpr double kWallSnap = 0x1p-30;      // voxels; far above double rounding at 4096 voxels, far below any feature
+
+Box3d used_bounds(const Mesh& mesh) {
+  Box3d box;
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t) box.extendBy(mesh.points[v]);
+  return box;
+}
+
+int voxels_for(double extent, double h) {
+  const double n = std::ceil(extent / h - 1e-9);
+  if (!(n <= kMaxVoxels))
+    throw Error(Code::kCommandLine, "--voxel-size", "the box needs more than " + std::to_string(kMaxVoxels) + " voxels on a side",
+                "choose a larger voxel or a smaller box");
+  return std::max(1, static_cast<int>(n));
+}
+
+Grid make_grid(const Box3d& bounds, const Recipe& recipe) {
+  const bool boxed = recipe.box.has_value();
+  const Box3d region = boxed ? *recipe.box : bounds;
+  const V3d size = region.size();
+  if (boxed && !(size.x > 0 && size.y > 0 && size.z > 0))
+    throw Error(Code::kCommandLine, "--box", "the box has no volume", "give X0,Y0,Z0,X1,Y1,Z1 with each X1 > X0");
+  const int margin = boxed ? 0 : recipe.margin;
+  const bool counts_given = recipe.resolution.y > 0 && recipe.resolution.z > 0;
+  const double longest = std::max({size.x, size.y, size.z});
+
+  Grid grid;
+  if (recipe.voxel_size > 0) {
+    grid.h = recipe.voxel_size;
+  } else if (counts_given) {
+    grid.h = 0;
+    for (int a = 0; a < 3; ++a) grid.h = std::max(grid.h, size[a] / std::max(1, recipe.resolution[a] - 2 * margin));
+  } else {
+    if (recipe.resolution.x <= 2 * margin && recipe.resolution.x > 1 && !boxed && recipe.resolution.x - 2 * margin < 1)
+      throw Error(Code::kCommandLine, "--resolution", "leaves no voxel between the margins of " + std::to_string(margin),
+                  "raise --resolution or lower --margin");
+    grid.h = longest / std::max(1, recipe.resolution.x - 2 * margin);
+  }
+  // A scene may be a single point or smaller than double can divide; any voxel will do then.
+  if (!(grid.h > 0) || !std::isfinite(grid.h)) grid.h = 1;
+  for (int a = 0; a < 3; ++a) {
+    const bool longest_axis = size[a] == longest && recipe.voxel_size <= 0 && !counts_given;
+    if (counts_given && recipe.voxel_size <= 0) grid.n[a] = recipe.resolution[a];
+    else if (longest_axis) grid.n[a] = std::max(recipe.resolution.x, 1 + (longest > 0 ? 0 : 2 * margin));
+    else grid.n[a] = voxels_for(size[a], grid.h) + 2 * margin;
+    if (grid.n[a] > kMaxVoxels)
+      throw Error(Code::kCommandLine, "--resolution", std::to_string(grid.n[a]) + " voxels on a side", "the largest is " + std::to_string(kMaxVoxels));
+    // What the whole voxels are larger than the region goes to both sides alike, except that a given box keeps its lowest corner.
+    grid.origin[a] = boxed ? region.min[a] : region.min[a] - (grid.n[a] * grid.h - size[a]) / 2;
+  }
+  if (longest > 0 && grid.origin + V3d(grid.h) == grid.origin)
+    throw Error(Code::kBadInput, "", "the scene lies so far from the origin that voxels cannot be told apart in double precision",
+                "move the model closer to the origin");
+  return grid;
+}
+
+// Each component's place among the others: an inside-out component is a cavity only where it lies wholly within
+// another closed component of opposite sense; all other inside-out ones are turned.
+
+bool point_inside(const V3d& p, const Topology& topology, std::uint32_t component, std::span<const V3d> points,
+                  std::span<const std::array<std::uint32_t, 3>> triangles) {
+  // Winding number by solid angles (Van Oosterom & Strackee 1983): no ray, so no degenerate direction.
+  double angle = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (topology.component[t] != component) continue;
+    const V3d a = points[triangles[t][0]] - p, b = points[triangles[t][1]] - p, c = points[triangles[t][2]] - p;
+    const double la = a.length(), lb = b.length(), lc = c.length();
+    const double numerator = a.dot(b.cross(c));
+    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    angle += topology.turn[t] * 2 * std::atan2(numerator, denominator);
+  }
+  return std::abs(angle) > 2 * M_PI;  // half of the full 4π: robust to points near the surface
+}
+
+void turn_inside_out(const Mesh& mesh, Plan& plan, const Topology& topology, const std::vector<bool>& takes_part, Report& report) {
+  const auto& parts = topology.components;
+  std::vector<Box3d> boxes(parts.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (topology.component[t] != kNoIndex)
+      for (const std::uint32_t v : mesh.triangles[t]) boxes[topology.component[t]].extendBy(plan.points[v]);
+
+  std::vector<std::int8_t> sense(parts.size(), 1);
+  std::int64_t turned = 0, cavities = 0;
+  for (std::uint32_t c = 0; c < parts.size(); ++c) {
+    if (!takes_part[c] || parts[c].volume >= 0) continue;
+    const V3d probe = plan.points[mesh.triangles[parts[c].first][0]];
+    bool cavity = false;
+    for (std::uint32_t o = 0; o < parts.size() && !cavity; ++o) {
+      if (o == c || !takes_part[o] || parts[o].volume <= 0) continue;
+      const bool within = boxes[o].min.x <= boxes[c].min.x && boxes[o].min.y <= boxes[c].min.y && boxes[o].min.z <= boxes[c].min.z &&
+                          boxes[o].max.x >= boxes[c].max.x && boxes[o].max.y >= boxes[c].max.y && boxes[o].max.z >= boxes[c].max.z;
+      cavity = within && point_inside(probe, topology, o, plan.points, mesh.triangles);
+    }
+    if (cavity) { ++cavities; continue; }
+    sense[c] = -1;
+    ++turned;
+  }
+  if (turned > 0) report.issue("mesh-inside-out", "closed components are inside out; their faces were turned", turned);
+  report.count("cavities", static_cast<double>(cavities));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (topology.component[t] != kNoIndex && parts[topology.component[t]].closed)
+      plan.turn[t] = static_cast<std::int8_t>(topology.turn[t] * sense[topology.component[t]]);
+}
+
+void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& report) {
+  const Mesh& mesh = scene.mesh;
+  if (recipe.fill == Fill::kOff) {
+    report.skip("components, fill", "--fill off");
+    return;
+  }
+  const Topology topology = find_topology(plan.points, mesh.triangles);
+  std::vector<bool> takes_part(topology.components.size());
+  std::vector<bool> transparent(topology.components.size(), false);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (topology.component[t] != kNoIndex && scene.materials[mesh.materials[t]].opacity < 1) transparent[topology.component[t]] = true;
+
+  Statistics& s = plan.statistics;
+  std::int64_t open = 0, open_edges = 0, glass = 0, flipped = 0;
+  for (std::size_t c = 0; c < topology.components.size(); ++c) {
+    const Topology::Component& part = topology.components[c];
+    takes_part[c] = part.closed && !transparent[c];
+    s.closed += part.closed;
+    open += !part.closed;
+    open_edges += part.open_edges;
+    glass += part.closed && transparent[c];
+    if (part.closed) flipped += std::min(part.turned, part.triangles - part.turned);
+  }
+  s.components = static_cast<std::int64_t>(topology.components.size());
+  if (open > 0)
+    report.issue("mesh-open", "components have open edges (" + std::to_string(open_edges) + " in all); they are surfaces without an inside", open);
+  if (flipped > 0) report.issue("mesh-flipped", "faces were turned the other way than their neighbours; they were turned back", flipped);
+  if (glass > 0) report.skip("fill of " + std::to_string(glass) + " components", "transparent");
+
+  turn_inside_out(mesh, plan, topology, takes_part, report);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (topology.component[t] != kNoIndex && takes_part[topology.component[t]]) { plan.winding[t] = 1; plan.fill = true; }
+  const double cell = plan.grid.h * plan.grid.h * plan.grid.h;
+  for (std::size_t c = 0; c < topology.components.size(); ++c) {
+    if (!takes_part[c]) continue;
+    const double sign = plan.turn[topology.components[c].first];  // the first triangle is never turned by its neighbours
+    s.volume += sign * topology.components[c].volume * cell;
+  }
+  if (!plan.fill) {
+    if (recipe.fill == Fill::kOn) throw Error(Code::kBadInput, "--fill on", "no component is closed and opaque", "use --fill auto or close the mesh");
+    report.skip("fill", "no closed component");
+  }
+}
+
+}  // namespace
+
+V3d triangle_normal(const V3d& a, const V3d& b, const V3d& c, double* area) {
+  const V3d cross = (b - a).cross(c - a);
+  const double length = cross.length();
+  if (area) *area = length / 2;
+  return length > 0 ? cross / length : V3d(0, 0, 0);
+}
+
+Grid plan_grid(const Scene& scene, const Recipe& recipe) {
+  if (scene.mesh.triangles.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
+  return make_grid(used_bounds(scene.mesh), recipe);
+}
+
+Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>& has_cutouts, Report& report) {
+  const Mesh& mesh = scene.mesh;
+  Plan plan;
+  plan.grid = plan_grid(scene, recipe);
+  plan.points.resize(mesh.points.size());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    V3d p = plan.grid.to_voxel(mesh.points[i]);
+    for (int a = 0; a < 3; ++a)
+      if (const double wall = std::nearbyint(p[a]); std::abs(p[a] - wall) < kWallSnap) p[a] = wall;
+    plan.points[i] = p;
+  }
+  plan.turn.assign(mesh.triangles.size(), 1);
+  plan.winding.assign(mesh.triangles.size(), 0);
+  for (std::size_t m = 0; m < scene.materials.size(); ++m)
+    plan.two_sided.push_back(recipe.two_sided == Sidedness::kAlways || (recipe.two_sided == Sidedness::kAuto && has_cutouts[m]));
+
+  Statistics& s = plan.statistics;
+  s.triangles = static_cast<std::int64_t>(mesh.triangles.size());
+  double area_voxels = 0;
+  for (const auto& t : mesh.triangles) {
+    double area = 0;
+    (void)triangle_normal(plan.points[t[0]], plan.points[t[1]], plan.points[t[2]], &area);
+    area_voxels += area;
+    s.degenerate += !(area > 0);
+  }
+  s.area = area_voxels * plan.grid.h * plan.grid.h;
+  if (!(area_voxels > 0)) throw Error(Code::kBadInput, "", "no triangle has an area", "check the input file");
+  if (s.degenerate > 0) report.issue("degenerate-triangles", "triangles have no area; they change nothing", s.degenerate);
+  find_solids(scene, recipe, plan, report);
+  return plan;
+}
+
+}  // namespace texel

@@ -1,1 +1,279 @@
+#include "bake/surface.h"
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "bake/block_index.h"
+#include "bake/clip.h"
+
+namespace texel {
+namespace {
+
+// What is constant over a triangle.
+struct Facet {
+  std::uint32_t triangle;
+  V3d normal;          // turned, unit, voxel space = world directions
+  V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
+  bool one_sided, sampled;
+  float coverage;      // where it is not sampled
+  V3f color;
+};
+
+// One layer of blocks under construction: voxels get consecutive numbers as they are first met.
+struct Layer8 {
+  struct Cells { std::array<std::int32_t, 512> number; };
+  std::vector<std::int32_t> slot;       // per (by, bx)
+  std::vector<Cells> cells;
+  std::vector<Moments> moments;
+  std::vector<MaterialSums> material;
+};
+
+struct Clipper {
+  const Scene& scene;
+  const Plan& plan;
+  const TextureSet& textures;
+  bool want_material;
+  V3i blocks;
+
+  bool make_facet(std::uint32_t t, Facet& facet, Polygon& corners) const {
+    const auto& tri = scene.mesh.triangles[t];
+    const V3d &a = plan.points[tri[0]], &b = plan.points[tri[1]], &c = plan.points[tri[2]];
+    const V3d cross = (b - a).cross(c - a);
+    const double square = cross.length2();
+    if (!(square > 0) || !std::isfinite(square)) return false;
+    facet.triangle = t;
+    facet.normal = cross / std::sqrt(square) * static_cast<double>(plan.turn[t]);
+    facet.origin = a;
+    facet.g1 = (c - a).cross(cross) / square;
+    facet.g2 = cross.cross(b - a) / square;
+    const std::uint32_t material = scene.mesh.materials[t];
+    facet.one_sided = !plan.two_sided[material];
+    facet.sampled = textures.has_cutouts(material) || (want_material && (textures.textured(material) || !scene.mesh.colors.empty()));
+    facet.coverage = 1;
+    facet.color = scene.materials[material].kd;
+    corners.n = 3;
+    corners.v[0] = a;
+    corners.v[1] = b;
+    corners.v[2] = c;
+    return true;
+  }
+
+  // Colour and coverage integrated over the piece: a fan, each triangle sampled at its centroid with its own width.
+  SurfaceSample integrate(const Facet& facet, const Polygon& piece, double area) const {
+    V3d color(0, 0, 0);
+    double coverage = 0, total = 0;
+    for (int i = 1; i + 1 < piece.n; ++i) {
+      const V3d &a = piece.v[0], &b = piece.v[static_cast<std::size_t>(i)], &c = piece.v[static_cast<std::size_t>(i + 1)];
+      const double part = (b - a).cross(c - a).length() / 2;
+      if (!(part > 1e-9 * area)) continue;
+      const V3d p = (a + b + c) / 3.0 - facet.origin;
+      const SurfaceSample s = surface_sample(textures, scene.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2), std::sqrt(part) * plan.grid.h);
+      color += V3d(s.color) * (static_cast<double>(s.coverage) * part);
+      coverage += static_cast<double>(s.coverage) * part;
+      total += part;
+    }
+    if (!(total > 0)) return {facet.color, facet.coverage};
+    return {coverage > 0 ? V3f(color / coverage) : V3f(0, 0, 0), static_cast<float>(coverage / total)};
+  }
+
+  void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
+    const double area = polygon_area(piece, facet.normal);
+    if (!(area > 0)) return;
+    const std::size_t column = static_cast<std::size_t>(cell.y / 8) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(cell.x / 8);
+    if (layer.slot[column] < 0) {
+      layer.slot[column] = static_cast<std::int32_t>(layer.cells.size());
+      layer.cells.emplace_back().number.fill(-1);
+    }
+    std::int32_t& number = layer.cells[static_cast<std::size_t>(layer.slot[column])].number[static_cast<std::size_t>((cell.x & 7) << 6 | (cell.y & 7) << 3 | (cell.z & 7))];
+    if (number < 0) {
+      number = static_cast<std::int32_t>(layer.moments.size());
+      layer.moments.emplace_back();
+      if (want_material) layer.material.emplace_back();
+    }
+    SurfaceSample s{facet.color, facet.coverage};
+    if (facet.sampled) s = integrate(facet, piece, area);
+
+    Moments& sums = layer.moments[static_cast<std::size_t>(number)];
+    const V3d& n = facet.normal;
+    const double w = area * static_cast<double>(s.coverage);
+    sums.area += area;
+    sums.covered += w;
+    if (facet.one_sided) sums.m += n * w;
+    sums.xx += w * n.x * n.x;
+    sums.yy += w * n.y * n.y;
+    sums.zz += w * n.z * n.z;
+    sums.xy += w * n.x * n.y;
+    sums.xz += w * n.x * n.z;
+    sums.yz += w * n.y * n.z;
+    if (!want_material) return;
+    const Material& material = scene.materials[scene.mesh.materials[facet.triangle]];
+    MaterialSums& mean = layer.material[static_cast<std::size_t>(number)];
+    const double alpha = static_cast<double>(material.roughness);
+    mean.color += V3d(s.color) * w;
+    mean.ks += V3d(material.ks) * w;
+    mean.emission += V3d(material.ke) * w;
+    mean.roughness2 += alpha * alpha * w;
+    mean.transparency += (1 - static_cast<double>(material.opacity)) * w;
+  }
+
+  void clip_triangle(Layer8& layer, std::uint32_t t, int z0, int z1) const {
+    Facet facet;
+    Polygon corners;
+    if (!make_facet(t, facet, corners)) return;
+    const V3i& n = plan.grid.n;
+    split_cells(corners, 2, facet.normal.z, z0, z1, [&](int z, const Polygon& sheet) {
+      split_cells(sheet, 1, facet.normal.y, 0, n.y, [&](int y, const Polygon& row) {
+        split_cells(row, 0, facet.normal.x, 0, n.x, [&](int x, const Polygon& piece) { add(layer, facet, V3i(x, y, z), piece); });
+      });
+    });
+  }
+};
+
+// Triangles that meet each layer of blocks, in ascending order: bins[first[l] … first[l+1]).
+void bin_triangles(const Scene& scene, const Plan& plan, int layers, std::vector<std::size_t>& first, std::vector<std::uint32_t>& bins) {
+  const auto range = [&](std::uint32_t t, int& l0, int& l1) {
+    const auto& tri = scene.mesh.triangles[t];
+    const double a = plan.points[tri[0]].z, b = plan.points[tri[1]].z, c = plan.points[tri[2]].z;
+    const double lo = std::min({a, b, c}), hi = std::max({a, b, c});
+    if (hi < -1 || lo > plan.grid.n.z + 1) return false;
+    // One cell more below than the rule of walls can ask for: a layer that gets nothing of a triangle loses a few nanoseconds.
+    l0 = std::max(0, (static_cast<int>(std::floor(std::max(lo, -8.0))) - 1) >> 3);
+    l1 = std::min(layers - 1, static_cast<int>(std::min(std::ceil(hi), static_cast<double>(plan.grid.n.z))) >> 3);
+    return l0 <= l1;
+  };
+  first.assign(static_cast<std::size_t>(layers) + 1, 0);
+  const auto count = static_cast<std::uint32_t>(scene.mesh.triangles.size());
+  int l0 = 0, l1 = 0;
+  for (std::uint32_t t = 0; t < count; ++t)
+    if (range(t, l0, l1))
+      for (int l = l0; l <= l1; ++l) ++first[static_cast<std::size_t>(l) + 1];
+  for (std::size_t l = 0; l < static_cast<std::size_t>(layers); ++l) first[l + 1] += first[l];
+  bins.resize(first.back());
+  std::vector<std::size_t> at(first.begin(), first.end() - 1);
+  for (std::uint32_t t = 0; t < count; ++t)
+    if (range(t, l0, l1))
+      for (int l = l0; l <= l1; ++l) bins[at[static_cast<std::size_t>(l)]++] = t;
+}
+
+// A finished layer in mask order.
+struct PackedLayer {
+  std::vector<Block> blocks;
+  std::vector<Moments> moments;
+  std::vector<MaterialSums> material;
+};
+
+PackedLayer pack_layer(const Layer8& layer, const V3i& blocks, int bz, bool want_material) {
+  PackedLayer packed;
+  packed.moments.reserve(layer.moments.size());
+  for (int by = 0; by < blocks.y; ++by)
+    for (int bx = 0; bx < blocks.x; ++bx) {
+      const std::int32_t slot = layer.slot[static_cast<std::size_t>(by) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(bx)];
+      if (slot < 0) continue;
+      Block block;
+      block.at = V3i(bx, by, bz);
+      block.first = static_cast<std::int64_t>(packed.moments.size());
+      const auto& number = layer.cells[static_cast<std::size_t>(slot)].number;
+      for (std::size_t i = 0; i < 512; ++i) {
+        if (number[i] < 0) continue;
+        block.mask[i >> 6] |= std::uint64_t{1} << (i & 63);
+        packed.moments.push_back(layer.moments[static_cast<std::size_t>(number[i])]);
+        if (want_material) packed.material.push_back(layer.material[static_cast<std::size_t>(number[i])]);
+      }
+      packed.blocks.push_back(block);
+    }
+  return packed;
+}
+
+Surface join(std::vector<PackedLayer>& layers) {
+  Surface surface;
+  for (PackedLayer& layer : layers) {
+    for (Block& block : layer.blocks) {
+      block.first += surface.set.count;
+      surface.set.blocks.push_back(block);
+    }
+    surface.set.count += static_cast<std::int64_t>(layer.moments.size());
+    surface.moments.insert(surface.moments.end(), layer.moments.begin(), layer.moments.end());
+    surface.material.insert(surface.material.end(), layer.material.begin(), layer.material.end());
+    layer = {};
+  }
+  return surface;
+}
+
+}  // namespace
+
+Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, bool want_material, Report& report) {
+  const V3i blocks((plan.grid.n.x + 7) / 8, (plan.grid.n.y + 7) / 8, (plan.grid.n.z + 7) / 8);
+  std::vector<std::size_t> first;
+  std::vector<std::uint32_t> bins;
+  bin_triangles(scene, plan, blocks.z, first, bins);
+
+  const Clipper clipper{scene, plan, textures, want_material, blocks};
+  std::vector<PackedLayer> packed(static_cast<std::size_t>(blocks.z));
+  std::atomic<int> done{0};
+  tbb::parallel_for(0, blocks.z, [&](int bz) {
+    Layer8 layer;
+    layer.slot.assign(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y), -1);
+    const int z0 = bz * 8, z1 = std::min(plan.grid.n.z, z0 + 8);
+    for (std::size_t i = first[static_cast<std::size_t>(bz)]; i < first[static_cast<std::size_t>(bz) + 1]; ++i) clipper.clip_triangle(layer, bins[i], z0, z1);
+    packed[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want_material);
+    if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
+  });
+  return join(packed);
+}
+
+Surface coarser(const Surface& fine) {
+  // Children's blocks are sorted by (z, y, x); parents come out of a map from parent block to its voxels, then in order again.
+  Surface result;
+  if (fine.set.blocks.empty()) return result;
+  V3i top(0, 0, 0);
+  for (const Block& b : fine.set.blocks) top = V3i(std::max(top.x, b.at.x), std::max(top.y, b.at.y), std::max(top.z, b.at.z));
+  const V3i n(top.x / 2 + 1, top.y / 2 + 1, top.z / 2 + 1);
+  std::vector<Block> parents(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z));
+  const auto parent_of = [&](const V3i& at) {
+    return (static_cast<std::size_t>(at.z / 2) * static_cast<std::size_t>(n.y) + static_cast<std::size_t>(at.y / 2)) * static_cast<std::size_t>(n.x) + static_cast<std::size_t>(at.x / 2);
+  };
+  const auto for_each_voxel = [](const Block& b, auto&& call) {
+    std::int64_t index = b.first;
+    for (int x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
+        const int bit = __builtin_ctzll(word);
+        call(x, bit >> 3, bit & 7, index++);
+      }
+  };
+  for (const Block& b : fine.set.blocks) {
+    Block& parent = parents[parent_of(b.at)];
+    for_each_voxel(b, [&](int x, int y, int z, std::int64_t) {
+      const int px = (b.at.x & 1) * 4 + x / 2, py = (b.at.y & 1) * 4 + y / 2, pz = (b.at.z & 1) * 4 + z / 2;
+      parent.mask[static_cast<std::size_t>(px)] |= std::uint64_t{1} << (py << 3 | pz);
+    });
+  }
+  for (int z = 0; z < n.z; ++z)
+    for (int y = 0; y < n.y; ++y)
+      for (int x = 0; x < n.x; ++x) {
+        Block& b = parents[parent_of(V3i(2 * x, 2 * y, 2 * z))];
+        int bits = 0;
+        for (const std::uint64_t word : b.mask) bits += __builtin_popcountll(word);
+        if (bits == 0) continue;
+        b.at = V3i(x, y, z);
+        b.first = result.set.count;
+        result.set.count += bits;
+        result.set.blocks.push_back(b);
+      }
+  result.moments.resize(static_cast<std::size_t>(result.set.count));
+  if (!fine.material.empty()) result.material.resize(static_cast<std::size_t>(result.set.count));
+  for (const Block& b : fine.set.blocks) {
+    const Block& parent = parents[parent_of(b.at)];
+    for_each_voxel(b, [&](int x, int y, int z, std::int64_t index) {
+      const int px = (b.at.x & 1) * 4 + x / 2, py = (b.at.y & 1) * 4 + y / 2, pz = (b.at.z & 1) * 4 + z / 2;
+      const auto to = static_cast<std::size_t>(parent.index(px, py, pz));
+      result.moments[to] += fine.moments[static_cast<std::size_t>(index)];
+      if (!fine.material.empty()) result.material[to] += fine.material[static_cast<std::size_t>(index)];
+    });
+  }
+  return result;
+}
+
+}  // namespace texel

@@ -1,1 +1,142 @@
+#include "bake/topology.h"
 
+#include <tbb/parallel_sort.h>
+
+#include <bit>
+#include <numeric>
+
+#include "formats/scene.h"
+
+namespace texel {
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser (Steele, Lea, Flood 2014)
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+// Index of the first point with the same position, for every point.
+std::vector<std::uint32_t> weld(std::span<const V3d> points) {
+  const std::size_t slots = std::bit_ceil(points.size() * 2 + 2);
+  std::vector<std::uint32_t> table(slots, kNoIndex), first(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const V3d p = points[i] + V3d(0, 0, 0);  // −0 becomes 0
+    std::uint64_t hash = 0;
+    for (int a = 0; a < 3; ++a) hash = mix(hash ^ std::bit_cast<std::uint64_t>(p[a])) + 0x9e3779b97f4a7c15u;
+    std::size_t slot = hash & (slots - 1);
+    while (table[slot] != kNoIndex && points[table[slot]] != p) slot = (slot + 1) & (slots - 1);
+    if (table[slot] == kNoIndex) table[slot] = static_cast<std::uint32_t>(i);
+    first[i] = table[slot];
+  }
+  return first;
+}
+
+struct HalfEdge {
+  std::uint64_t edge;      // lower vertex in the high word, higher in the low word
+  std::uint32_t triangle;
+  std::int32_t sign;       // +1 where the triangle runs from the lower to the higher vertex
+  bool operator<(const HalfEdge& o) const { return edge != o.edge ? edge < o.edge : triangle < o.triangle; }
+};
+
+struct Sets {              // union-find that also keeps the parity of turns between a triangle and its root
+  std::vector<std::uint32_t> parent;
+  std::vector<std::uint8_t> parity;
+
+  explicit Sets(std::size_t n) : parent(n), parity(n, 0) { std::iota(parent.begin(), parent.end(), 0u); }
+
+  std::uint32_t find(std::uint32_t t, std::uint8_t* turned) {
+    std::uint32_t root = t;
+    std::uint8_t all = 0;
+    while (parent[root] != root) { all ^= parity[root]; root = parent[root]; }
+    *turned = all;
+    while (parent[t] != root && t != root) {  // compress, keeping each parity relative to the root
+      const std::uint32_t next = parent[t];
+      const std::uint8_t own = parity[t];
+      parent[t] = root;
+      parity[t] = all;
+      all ^= own;
+      t = next;
+    }
+    return root;
+  }
+
+  void join(std::uint32_t a, std::uint32_t b, std::uint8_t turned) {
+    std::uint8_t pa = 0, pb = 0;
+    std::uint32_t ra = find(a, &pa), rb = find(b, &pb);
+    if (ra == rb) return;
+    if (rb < ra) std::swap(ra, rb);  // the lowest triangle stays the root and keeps its orientation
+    parent[rb] = ra;
+    parity[rb] = static_cast<std::uint8_t>(pa ^ pb ^ turned);
+  }
+};
+
+}  // namespace
+
+Topology find_topology(std::span<const V3d> points, std::span<const Triangle> triangles) {
+  const std::vector<std::uint32_t> first = weld(points);
+  std::vector<HalfEdge> edges;
+  edges.reserve(triangles.size() * 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const std::uint32_t v[3] = {first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t a = v[i], b = v[(i + 1) % 3];
+      const bool up = a < b;
+      edges.push_back({(std::uint64_t{up ? a : b} << 32) | (up ? b : a), static_cast<std::uint32_t>(t), up ? 1 : -1});
+    }
+  }
+  tbb::parallel_sort(edges.begin(), edges.end());
+
+  // Two-triangle edges first: they alone say who must be turned. Then the rest, which only join.
+  Sets sets(triangles.size());
+  for (int pass = 0; pass < 2; ++pass)
+    for (std::size_t i = 0, j; i < edges.size(); i = j) {
+      for (j = i + 1; j < edges.size() && edges[j].edge == edges[i].edge;) ++j;
+      if ((j - i == 2) != (pass == 0)) continue;
+      for (std::size_t k = i + 1; k < j; ++k)
+        sets.join(edges[i].triangle, edges[k].triangle, pass == 0 && edges[i].sign == edges[k].sign ? 1 : 0);
+    }
+
+  Topology result;
+  result.component.assign(triangles.size(), kNoIndex);
+  result.turn.assign(triangles.size(), 1);
+  std::vector<std::uint32_t> number(triangles.size(), kNoIndex);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const Triangle& c = triangles[t];
+    if (first[c[0]] == first[c[1]] || first[c[1]] == first[c[2]] || first[c[2]] == first[c[0]]) continue;
+    std::uint8_t turned = 0;
+    const std::uint32_t root = sets.find(t, &turned);
+    if (number[root] == kNoIndex) {
+      number[root] = static_cast<std::uint32_t>(result.components.size());
+      result.components.push_back({});
+      result.components.back().first = t;
+    }
+    Topology::Component& part = result.components[number[root]];
+    result.component[t] = number[root];
+    result.turn[t] = turned ? -1 : 1;
+    ++part.triangles;
+    part.turned += turned;
+  }
+  for (std::size_t i = 0, j; i < edges.size(); i = j) {
+    int sum = 0;
+    for (j = i; j < edges.size() && edges[j].edge == edges[i].edge; ++j) sum += edges[j].sign * result.turn[edges[j].triangle];
+    if (sum != 0) ++result.components[result.component[edges[i].triangle]].open_edges;
+  }
+  for (Topology::Component& part : result.components) part.closed = part.open_edges == 0;
+
+  // Signed volume about each component's own first corner, so that offsets cost no digits.
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (result.component[t] == kNoIndex) continue;
+    Topology::Component& part = result.components[result.component[t]];
+    if (!part.closed) continue;
+    const V3d o = points[triangles[part.first][0]];
+    const V3d a = points[triangles[t][0]] - o, b = points[triangles[t][1]] - o, c = points[triangles[t][2]] - o;
+    part.volume += result.turn[t] * a.dot(b.cross(c)) / 6;
+  }
+  return result;
+}
+
+}  // namespace texel

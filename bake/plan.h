@@ -1,0 +1,32 @@
+#pragma once
+// Stage 1: Scene -> Plan: grid, components, orientation, what takes part in the fill
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "bake/recipe.h"
+#include "formats/pack.h"
+#include "formats/report.h"
+#include "formats/scene.h"
+
+namespace texel {
+
+// What the later stages need to know of a scene, in voxel space.
+struct Plan {
+  Grid grid;
+  std::vector<V3d> points;          // voxel space; within 2⁻³⁰ of a wall: on it
+  std::vector<std::int8_t> turn;    // per triangle: −1 where its component was inside out and its normal is turned, else +1
+  std::vector<std::int8_t> winding; // per triangle: what a crossing along its turned normal's negative adds: 1, or 0: open, takes no part
+  std::vector<bool> two_sided;      // per material
+  bool fill = false;                // some triangle has winding ≠ 0
+  Statistics statistics;            // triangles … volume; colour and voxel counts come later
+};
+
+// Throws Error{kBadInput} when no triangle has an area, Error{kCommandLine} for a box or resolution that cannot be.
+// Cost: O(t log t) for the components of t triangles, skipped when the recipe fills nothing.
+[[nodiscard]] Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>& has_cutouts, Report& report);
+
+// Unit normal of a triangle given in any space; (0,0,0) where it has no area. `area`, when not null, receives its area.
+[[nodiscard]] V3d triangle_normal(const V3d& a, const V3d& b, const V3d& c, double* area = nullptr);
+
+}  // namespace texel
