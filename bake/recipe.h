@@ -51,6 +51,7 @@ struct Recipe {
   LevelMode level_mode = LevelMode::kRecompute;
   double prune = 0;                       // tolerance
   int samples = 4;                        // sub-rays per voxel edge and axis: samples² rays through each voxel column, 1…64
+  double max_error = 0;                   // choose the samples for this error of alpha; 0: as given by samples
   Pattern pattern = Pattern::kLattice;
   double max_depth = 9.21034037197618;    // cap of a voxel's optical depth: −ln(1e-4)
   int threads = 0;                        // 0: all
