@@ -1,1 +1,327 @@
+#include "bake/light.h"
 
+#include <embree3/rtcore.h>
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "formats/error.h"
+
+namespace texel {
+
+namespace {
+
+constexpr double kSkin = 2e-6;         // of the scene's size: some float steps at unit scale
+constexpr float kThere = 1.0f / 512;   // coverage below it is none
+
+// Embree wants denormals flushed; our own double code does not. So the mode lasts as long as one ray.
+class FlushDenormals {
+ public:
+#if defined(__SSE__)
+  FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | 0x8040u); }
+  ~FlushDenormals() { _mm_setcsr(saved_); }
+#else
+  FlushDenormals() = default;
+#endif
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+#if defined(__SSE__)
+ private:
+  unsigned saved_;
+#endif
+};
+
+struct DeviceRelease { void operator()(RTCDevice d) const { rtcReleaseDevice(d); } };
+struct SceneRelease { void operator()(RTCScene s) const { rtcReleaseScene(s); } };
+template <class T, class D> using Handle = std::unique_ptr<std::remove_pointer_t<T>, D>;
+
+[[noreturn]] void fail(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  throw Error(Code::kRunning, "", error == RTC_ERROR_OUT_OF_MEMORY ? "out of memory while building the ray tree" : "the ray tree cannot be built (Embree error " + std::to_string(static_cast<int>(error)) + ")");
+}
+
+}  // namespace
+
+struct RayScene::Impl {
+  // World -> unit: (p − centre)·scale, in double.
+  V3d centre{0, 0, 0};
+  double scale = 1;
+  double radius = 0;                    // of the unit-scale scene about the origin
+  bool empty = true;
+  bool filtered = false;                // some triangle lets light through
+  Mesh cut;                             // uv of the scene, only where something is cut out
+  std::vector<std::uint32_t> materials; // per triangle
+  std::vector<float> uv_scale;          // uv_per_world, per triangle, where something is cut out
+  std::vector<float> opacity;           // per material
+  std::optional<TextureSet> own;
+  const TextureSet* textures = nullptr;
+  Handle<RTCDevice, DeviceRelease> device;
+  Handle<RTCScene, SceneRelease> scene;
+
+  [[nodiscard]] V3d to_unit(const V3d& p) const { return (p - centre) * scale; }
+  [[nodiscard]] std::uint32_t material(std::uint32_t triangle) const { return triangle < materials.size() ? materials[triangle] : 0; }
+  [[nodiscard]] float coverage(std::uint32_t triangle, float u, float v, float width_world) const {
+    const std::uint32_t m = material(triangle);
+    if (!textures->has_cutouts(m)) return 1;
+    return textures->coverage(m, uv_at(cut, triangle, static_cast<double>(u), static_cast<double>(v)), width_world * uv_scale[triangle]);
+  }
+};
+
+namespace {
+
+// Carried by each ray through Embree to the filters.
+struct RayContext {
+  RTCIntersectContext base;
+  const RayScene::Impl* scene;
+  float width = 0;            // world
+  float transmittance = 1;    // shadow rays
+  float best_distance = std::numeric_limits<float>::infinity();
+  unsigned best = RTC_INVALID_GEOMETRY_ID;
+  bool best_front = false;
+  bool see_holes = false;     // pass through what is cut out
+};
+
+bool is_front(const RTCRay& ray, const RTCHit& hit) { return hit.Ng_x * ray.dir_x + hit.Ng_y * ray.dir_y + hit.Ng_z * ray.dir_z < 0; }
+
+void filter_first(const RTCFilterFunctionNArguments* args) {
+  auto& context = *reinterpret_cast<RayContext*>(args->context);
+  const auto& ray = *reinterpret_cast<const RTCRay*>(args->ray);
+  const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
+  const bool front = is_front(ray, hit);
+  if (ray.tfar == context.best_distance && context.best != RTC_INVALID_GEOMETRY_ID) {
+    const bool better = front != context.best_front ? front : hit.primID < context.best;
+    if (!better) {
+      args->valid[0] = 0;
+      return;
+    }
+  }
+  if (context.see_holes && context.scene->coverage(hit.primID, hit.u, hit.v, context.width) < kThere) {
+    args->valid[0] = 0;
+    return;
+  }
+  context.best_distance = ray.tfar;
+  context.best = hit.primID;
+  context.best_front = front;
+}
+
+void filter_shadow(const RTCFilterFunctionNArguments* args) {
+  auto& context = *reinterpret_cast<RayContext*>(args->context);
+  const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
+  const RayScene::Impl& scene = *context.scene;
+  const float opacity = scene.opacity[scene.material(hit.primID)] * scene.coverage(hit.primID, hit.u, hit.v, context.width);
+  context.transmittance *= 1 - opacity;
+  if (context.transmittance > 1e-3f) args->valid[0] = 0;  // goes on
+  else context.transmittance = 0;
+}
+
+RTCRay make_ray(const V3d& origin, const V3d& direction, double near, double far) {
+  RTCRay ray{};
+  ray.org_x = static_cast<float>(origin.x);
+  ray.org_y = static_cast<float>(origin.y);
+  ray.org_z = static_cast<float>(origin.z);
+  ray.dir_x = static_cast<float>(direction.x);
+  ray.dir_y = static_cast<float>(direction.y);
+  ray.dir_z = static_cast<float>(direction.z);
+  ray.tnear = static_cast<float>(near);
+  ray.tfar = static_cast<float>(far);
+  ray.mask = 0xffffffffu;
+  return ray;
+}
+
+bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// v/|v| without leaving the range of a double; false for zero and non-finite vectors.
+bool to_unit_length(V3d* v, double* length = nullptr) {
+  const double most = std::max({std::abs(v->x), std::abs(v->y), std::abs(v->z)});
+  if (!(most > 0) || !std::isfinite(most)) return false;
+  *v /= most;
+  const double rest = std::sqrt(v->dot(*v));
+  *v /= rest;
+  if (length) *length = most * rest;
+  return true;
+}
+
+// Part of the line origin + t·direction (unit) within the ball of the scene, with some room. Far eyes lose no digits this way.
+bool clip_to_ball(const V3d& origin, const V3d& direction, double radius, double* low, double* high) {
+  const double middle = -origin.dot(direction);
+  const V3d nearest = origin + direction * middle;
+  const double r = radius * 1.001 + 1e-5, rest = r * r - nearest.dot(nearest);
+  if (!(rest >= 0)) return false;
+  const double half = std::sqrt(rest);
+  *low = std::max(*low, middle - half);
+  *high = std::min(*high, middle + half);
+  return *low < *high;
+}
+
+}  // namespace
+
+RayScene::RayScene(const Scene& scene, const TextureSet* textures) : impl_(std::make_unique<Impl>()) {
+  Impl& s = *impl_;
+  const Mesh& mesh = scene.mesh;
+  Box3d box;
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t i : t) box.extendBy(mesh.points[i]);
+  s.materials = mesh.materials;
+  for (const Material& m : scene.materials) s.opacity.push_back(std::clamp(m.opacity, 0.0f, 1.0f));
+  if (s.opacity.empty()) s.opacity.push_back(1);
+  for (std::uint32_t& m : s.materials)
+    if (m >= s.opacity.size()) m = 0;
+  if (textures) {
+    s.textures = textures;
+  } else {
+    Report unheard;  // whoever wants to hear of bad textures passes them
+    s.own.emplace(scene, TextureSet::Need::kCoverage, unheard);
+    s.textures = &*s.own;
+  }
+  if (box.isEmpty()) return;
+  const V3d half(box.max.x / 2 - box.min.x / 2, box.max.y / 2 - box.min.y / 2, box.max.z / 2 - box.min.z / 2);
+  s.centre = V3d(box.max.x / 2 + box.min.x / 2, box.max.y / 2 + box.min.y / 2, box.max.z / 2 + box.min.z / 2);
+  const double most = std::max({half.x, half.y, half.z});
+  s.scale = most > 0 && std::isfinite(0.5 / most) ? 0.5 / most : 1;
+  const V3d unit_half = half * s.scale;
+  s.radius = std::sqrt(unit_half.dot(unit_half));
+  const bool see_through = std::any_of(s.opacity.begin(), s.opacity.end(), [](float o) { return o < 1; });
+  s.filtered = see_through || s.textures->any_cutouts();
+  if (s.textures->any_cutouts()) {
+    s.cut.uvs = mesh.uvs;
+    s.cut.uv_corners = mesh.uv_corners;
+    s.uv_scale.resize(mesh.triangles.size());
+    for (std::size_t t = 0; t < s.uv_scale.size(); ++t) s.uv_scale[t] = uv_per_world(mesh, static_cast<std::uint32_t>(t));
+  }
+
+  s.device.reset(rtcNewDevice(nullptr));
+  if (!s.device) fail(nullptr);
+  s.scene.reset(rtcNewScene(s.device.get()));
+  if (!s.scene) fail(s.device.get());
+  rtcSetSceneFlags(s.scene.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+  rtcSetSceneBuildQuality(s.scene.get(), RTC_BUILD_QUALITY_MEDIUM);
+  const RTCGeometry geometry = rtcNewGeometry(s.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.points.size()));
+  auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
+  if (points && corners) {
+    for (const V3d& p : mesh.points) {
+      const V3d unit = s.to_unit(p);
+      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(std::clamp(unit[k], -4.0, 4.0));  // unused points may lie anywhere
+    }
+    for (const auto& t : mesh.triangles)
+      for (const std::uint32_t i : t) *corners++ = i;
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(s.scene.get(), geometry);
+  }
+  rtcReleaseGeometry(geometry);
+  if (!points || !corners) fail(s.device.get());
+  {
+    const FlushDenormals flush;
+    rtcCommitScene(s.scene.get());
+  }
+  if (rtcGetDeviceError(s.device.get()) != RTC_ERROR_NONE) fail(s.device.get());
+  s.empty = false;
+}
+
+RayScene::~RayScene() = default;
+
+double RayScene::skin() const { return kSkin / impl_->scale; }
+
+RayScene::Hit RayScene::first_hit(const V3d& origin, const V3d& direction, double from) const { return first_covered_hit(origin, direction, from, -1); }
+
+RayScene::Hit RayScene::first_covered_hit(const V3d& origin, const V3d& direction, double from, double width) const {
+  const Impl& s = *impl_;
+  V3d d = direction;
+  const V3d o = s.to_unit(origin);
+  double stretch = 1;  // the direction's length
+  if (s.empty || !finite(o) || !to_unit_length(&d, &stretch)) return {};
+  double low = std::max(from * stretch * s.scale, 0.0), high = std::numeric_limits<double>::infinity();
+  if (!clip_to_ball(o, d, s.radius, &low, &high)) return {};
+
+  // The ray starts at the ball, so that its distances are as exact as the scene itself.
+  RayContext context;
+  rtcInitIntersectContext(&context.base);
+  context.base.filter = filter_first;
+  context.scene = &s;
+  context.see_holes = width >= 0 && s.textures->any_cutouts();
+  context.width = static_cast<float>(std::max(width, 0.0));
+  RTCRayHit query{};
+  query.ray = make_ray(o + d * low, d, 0, high - low);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  {
+    const FlushDenormals flush;
+    rtcIntersect1(s.scene.get(), &context.base, &query);
+  }
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return {query.hit.primID, (low + static_cast<double>(query.ray.tfar)) / (s.scale * stretch), query.hit.u, query.hit.v, is_front(query.ray, query.hit)};
+}
+
+float RayScene::blocked(const V3d& from, const V3d& to) const {
+  const Impl& s = *impl_;
+  const V3d a = s.to_unit(from);
+  V3d d = s.to_unit(to) - a;
+  double length = 0;
+  if (s.empty || !finite(a) || !to_unit_length(&d, &length)) return 0;
+  double low = kSkin, high = length - kSkin;
+  if (!(low < high) || !clip_to_ball(a, d, s.radius, &low, &high)) return 0;
+  RayContext context;
+  rtcInitIntersectContext(&context.base);
+  if (s.filtered) context.base.filter = filter_shadow;
+  context.scene = &s;
+  RTCRay ray = make_ray(a + d * low, d, 0, high - low);
+  {
+    const FlushDenormals flush;
+    rtcOccluded1(s.scene.get(), &context.base, &ray);
+  }
+  const bool stopped = ray.tfar < 0;
+  return stopped ? 1.0f : 1 - context.transmittance;
+}
+
+float RayScene::visibility(const Light& light, const V3d& point, const V3d& normal) const {
+  const Impl& s = *impl_;
+  V3d direction;
+  V3f unused;
+  if (s.empty || !light_at(light, point, &direction, &unused)) return 1;
+  // Off the surface on the lit side, so that grazing rays do not meet the triangle they start on.
+  const V3d start = point + normal * (2 * skin());
+  const V3d end = light.kind == Light::Kind::kPoint ? light.vector : start + direction * (4 / s.scale + (start - s.centre).length());
+  return 1 - blocked(start, end);
+}
+
+bool light_at(const Light& light, const V3d& point, V3d* direction, V3f* color) {
+  if (light.kind == Light::Kind::kAmbient) return false;
+  V3d d = light.kind == Light::Kind::kSun ? -light.vector : light.vector - point;
+  double distance = 1;
+  if (!to_unit_length(&d, &distance)) return false;
+  *direction = d;
+  *color = light.color;
+  if (light.kind == Light::Kind::kPoint) {
+    const double fall_off = 1 / (distance * distance);
+    *color *= static_cast<float>(std::min(fall_off, 1e30));
+  }
+  return true;
+}
+
+V3f irradiance(std::span<const Light> lights, const RayScene* rays, const V3d& point, const V3d& normal, bool two_sided) {
+  V3f sum(0, 0, 0);
+  for (const Light& light : lights) {
+    V3d direction;
+    V3f color;
+    if (light.kind == Light::Kind::kAmbient) {
+      sum += light.color;
+      continue;
+    }
+    if (!light_at(light, point, &direction, &color)) continue;
+    const double cosine = normal.dot(direction);
+    if (cosine == 0 || (cosine < 0 && !two_sided)) continue;
+    const V3d lit_side = cosine < 0 ? -normal : normal;
+    const float visible = rays ? rays->visibility(light, point, lit_side) : 1.0f;
+    sum += color * (static_cast<float>(std::abs(cosine)) * visible);
+  }
+  return sum;
+}
+
+}  // namespace texel

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "bake/recipe.h"
+#include "bake/texture.h"
 #include "formats/scene.h"
 
 namespace texel {
@@ -11,7 +12,8 @@ namespace texel {
 // The scene as Embree sees it: centred and scaled to unit size in double before it becomes float, ROBUST, MEDIUM build.
 class RayScene {
  public:
-  explicit RayScene(const Scene& scene);  // keeps a reference to nothing
+  // Keeps copies of what it needs of `scene`. `textures` (must outlive this; kCoverage is enough) may be null: it decodes its own then.
+  explicit RayScene(const Scene& scene, const TextureSet* textures = nullptr);
   ~RayScene();
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
@@ -20,13 +22,29 @@ class RayScene {
   // blocked, 0…1). `from` and `to` are moved off the surface by about 1e-6 of the scene's size. Thread-safe.
   [[nodiscard]] float blocked(const V3d& from, const V3d& to) const;
 
-  struct Hit { std::uint32_t triangle = kNoIndex; double distance = 0; float u = 0, v = 0; };  // barycentrics of corners 1 and 2
+  // Barycentrics u, v of corners 1 and 2; `front`: the ray comes from the side the triangle's normal points to. Of several hits at one
+  // distance a front one comes first, then the lower index, so that the answer does not depend on how the tree was built.
+  struct Hit { std::uint32_t triangle = kNoIndex; double distance = 0; float u = 0, v = 0; bool front = true; };
   // First hit along the ray (world); no triangle where it misses. Cut-outs are not applied. Thread-safe.
   [[nodiscard]] Hit first_hit(const V3d& origin, const V3d& direction, double from = 0) const;
+  // The same; surface that is not there (coverage below 1/512 within `width` world units about the hit) is passed through.
+  [[nodiscard]] Hit first_covered_hit(const V3d& origin, const V3d& direction, double from, double width) const;
+
+  // Distance (world) that a ray must be moved on to leave a hit behind: about 1e-6 of the scene's size.
+  [[nodiscard]] double skin() const;
+
+  // Share of light (0…1) from the given light that reaches `point` on a surface with unit normal `normal`, which faces the light.
+  [[nodiscard]] float visibility(const Light& light, const V3d& point, const V3d& normal) const;
 
   struct Impl;
-  std::unique_ptr<Impl> impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
 };
+
+// Direction (unit) from `point` to a sun or point light and the light's colour there, falling off as 1/d². False for ambient light,
+// a sun without direction and a point light at the point itself.
+[[nodiscard]] bool light_at(const Light& light, const V3d& point, V3d* direction, V3f* color);
 
 // Light arriving at a point with unit normal n (world): Σ ambient + sun·max(0, n·l)·visibility + point·max(0, n·l)/d²·visibility,
 // to be multiplied by the albedo. `rays` null: no shadows. `two_sided` takes |n·l| … of the side facing the light. Thread-safe.
