@@ -80,7 +80,8 @@ namespace {
 struct RayContext {
   RTCIntersectContext base;
   const RayScene::Impl* scene;
-  float width = 0;            // world
+  float width = 0;            // footprint, world, at the ray's start
+  float spread = 0;           // its growth per unit of the ray's distance, world
   float transmittance = 1;    // shadow rays
   float best_distance = std::numeric_limits<float>::infinity();
   unsigned best = RTC_INVALID_GEOMETRY_ID;
@@ -102,7 +103,7 @@ void filter_first(const RTCFilterFunctionNArguments* args) {
       return;
     }
   }
-  if (context.see_holes && context.scene->coverage(hit.primID, hit.u, hit.v, context.width) < kThere) {
+  if (context.see_holes && context.scene->coverage(hit.primID, hit.u, hit.v, context.width + context.spread * ray.tfar) < kThere) {
     args->valid[0] = 0;
     return;
   }
@@ -229,9 +230,9 @@ RayScene::~RayScene() = default;
 
 double RayScene::skin() const { return kSkin / impl_->scale; }
 
-RayScene::Hit RayScene::first_hit(const V3d& origin, const V3d& direction, double from) const { return first_covered_hit(origin, direction, from, -1); }
+RayScene::Hit RayScene::first_hit(const V3d& origin, const V3d& direction, double from) const { return first_covered_hit(origin, direction, from, -1, 0); }
 
-RayScene::Hit RayScene::first_covered_hit(const V3d& origin, const V3d& direction, double from, double width) const {
+RayScene::Hit RayScene::first_covered_hit(const V3d& origin, const V3d& direction, double from, double width, double spread) const {
   const Impl& s = *impl_;
   V3d d = direction;
   const V3d o = s.to_unit(origin);
@@ -246,7 +247,8 @@ RayScene::Hit RayScene::first_covered_hit(const V3d& origin, const V3d& directio
   context.base.filter = filter_first;
   context.scene = &s;
   context.see_holes = width >= 0 && s.textures->any_cutouts();
-  context.width = static_cast<float>(std::max(width, 0.0));
+  context.width = static_cast<float>(std::max(width + spread * low / (s.scale * stretch), 0.0));
+  context.spread = static_cast<float>(std::max(spread / (s.scale * stretch), 0.0));
   RTCRayHit query{};
   query.ray = make_ray(o + d * low, d, 0, high - low);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;

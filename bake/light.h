@@ -27,8 +27,8 @@ class RayScene {
   struct Hit { std::uint32_t triangle = kNoIndex; double distance = 0; float u = 0, v = 0; bool front = true; };
   // First hit along the ray (world); no triangle where it misses. Cut-outs are not applied. Thread-safe.
   [[nodiscard]] Hit first_hit(const V3d& origin, const V3d& direction, double from = 0) const;
-  // The same; surface that is not there (coverage below 1/512 within `width` world units about the hit) is passed through.
-  [[nodiscard]] Hit first_covered_hit(const V3d& origin, const V3d& direction, double from, double width) const;
+  // The same; surface that is not there is passed through: coverage below 1/512 in a footprint `width` + `spread`·distance about it.
+  [[nodiscard]] Hit first_covered_hit(const V3d& origin, const V3d& direction, double from, double width, double spread) const;
 
   // Distance (world) that a ray must be moved on to leave a hit behind: about 1e-6 of the scene's size.
   [[nodiscard]] double skin() const;

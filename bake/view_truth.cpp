@@ -1,1 +1,138 @@
+// Ground truth: the geometry itself, one ray per sample, surfaces met from front to back.
+#include <algorithm>
+#include <cmath>
 
+#include "bake/shading.h"
+#include "formats/error.h"
+
+namespace texel {
+
+namespace {
+
+constexpr int kMaxLayers = 256;        // surfaces one ray may pass; beyond it what is left counts as seen
+constexpr float kSeen = 1.0f / 1024;   // transmittance below which a ray ends
+
+struct Truth {
+  const Scene& scene;
+  const ViewOptions& options;
+  Rays rays;
+  double sample_share;                 // width of what one sample stands for, in pixels
+  std::vector<Light> lights;
+  V3f ambient;
+  TextureSet textures;
+  RayScene geometry;
+  std::vector<float> uv_scale;         // uv_per_world of each triangle, where its material is textured
+
+  Truth(const Scene& s, const ViewOptions& o, Report& report)
+      : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), sample_share(1 / std::sqrt(static_cast<double>(o.samples))), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
+        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures) {
+    uv_scale.resize(s.mesh.triangles.size(), 0.0f);
+    for (std::uint32_t t = 0; t < uv_scale.size(); ++t)
+      if (textures.textured(material(t))) uv_scale[t] = uv_per_world(s.mesh, t);
+  }
+
+  [[nodiscard]] std::uint32_t material(std::uint32_t triangle) const {
+    const auto& m = scene.mesh.materials;
+    return triangle < m.size() && m[triangle] < scene.materials.size() ? m[triangle] : 0;
+  }
+  [[nodiscard]] V3f light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f& albedo) const;
+  [[nodiscard]] RayScene::Hit next_hit(const Rays::Ray& ray, double from) const;
+  void trace(const Rays::Ray& ray, V3f* color, float* alpha) const;
+};
+
+// Unit normal in double, robust for slivers; zero for a triangle without area.
+V3d facet_normal(const Mesh& mesh, std::uint32_t triangle) {
+  const auto& c = mesh.triangles[triangle];
+  V3d a = mesh.points[c[1]] - mesh.points[c[0]], b = mesh.points[c[2]] - mesh.points[c[0]];
+  const double scale = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
+  if (!(scale > 0) || !std::isfinite(scale)) return {0, 0, 0};
+  const V3d n = (a / scale).cross(b / scale);
+  const double length = std::sqrt(n.dot(n));
+  return length > 0 ? n / length : V3d(0, 0, 0);
+}
+
+V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f& albedo) const {
+  const Mesh& mesh = scene.mesh;
+  const std::uint32_t m = material(hit.triangle);
+  const Material& stuff = scene.materials.empty() ? Material{} : scene.materials[m];
+  const Look look{albedo, stuff.ks, stuff.ke, stuff.roughness};
+  V3f sum = look.albedo * ambient + look.ke;
+  V3d n = facet_normal(mesh, hit.triangle);
+  const V3d v = -ray.direction;
+  if (n.dot(v) < 0) {
+    if (!textures.two_sided(m, Sidedness::kAuto)) return sum;  // its back: no light of its own gets there
+    n = -n;
+  }
+  // On the triangle itself, in double: no self-shadowing from the ray's rounding.
+  const auto& c = mesh.triangles[hit.triangle];
+  const double u = static_cast<double>(hit.u), w = static_cast<double>(hit.v);
+  const V3d point = mesh.points[c[0]] * (1 - u - w) + mesh.points[c[1]] * u + mesh.points[c[2]] * w;
+  for (const Light& light : lights) {
+    V3d l;
+    V3f color;
+    if (!light_at(light, point, &l, &color) || !(n.dot(l) > 0)) continue;
+    const float visible = options.shadows ? geometry.visibility(light, point, n) : 1.0f;
+    if (visible > 0) sum += lit_facet(look, n, v, l, color) * visible;
+  }
+  return sum;
+}
+
+// Faces modelled twice, once for each side, lie at one distance but for rounding: the side that faces the eye is the one seen.
+RayScene::Hit Truth::next_hit(const Rays::Ray& ray, double from) const {
+  const double width = sample_share * rays.footprint(0), spread = sample_share * rays.footprint(1) - width;
+  const RayScene::Hit hit = geometry.first_covered_hit(ray.origin, ray.direction, from, width, spread);
+  if (hit.triangle == kNoIndex || hit.front || textures.two_sided(material(hit.triangle), Sidedness::kAuto)) return hit;
+  const RayScene::Hit other = geometry.first_covered_hit(ray.origin, ray.direction, hit.distance + geometry.skin() * 0.1, width, spread);
+  const bool twin = other.triangle != kNoIndex && other.front && other.distance - hit.distance < 2 * geometry.skin();
+  return twin ? other : hit;
+}
+
+void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
+  float left = 1;
+  double from = 0;
+  for (int layer = 0; layer < kMaxLayers && left > kSeen; ++layer) {
+    const RayScene::Hit hit = next_hit(ray, from);
+    if (hit.triangle == kNoIndex) break;
+    const std::uint32_t m = material(hit.triangle);
+    const double b1 = static_cast<double>(hit.u), b2 = static_cast<double>(hit.v);
+    const auto footprint = static_cast<float>(sample_share * rays.footprint(hit.distance) * static_cast<double>(uv_scale[hit.triangle]));
+    SurfaceSample there = textures.sample(m, uv_at(scene.mesh, hit.triangle, b1, b2), footprint);
+    there.color *= vertex_color_at(scene.mesh, hit.triangle, b1, b2);
+    const float opacity = there.coverage * (scene.materials.empty() ? 1.0f : std::clamp(scene.materials[m].opacity, 0.0f, 1.0f));
+    if (opacity > 0) {
+      *color += light_from(hit, ray, there.color) * (left * opacity);
+      *alpha += left * opacity;
+      left *= 1 - opacity;
+    }
+    from = hit.distance + 2 * geometry.skin();
+  }
+}
+
+}  // namespace
+
+Image view_truth(const Scene& scene, const ViewOptions& options, Report& report) {
+  if (options.samples < 1 || options.samples > 1 << 16) throw Error(Code::kCommandLine, "", "samples per pixel out of range (" + std::to_string(options.samples) + ")", "use 1 to 65536");
+  const StageTimer timer(report, "view truth");
+  const Truth truth(scene, options, report);
+  Image image;
+  image.width = options.width;
+  image.height = options.height;
+  image.channels = 4;
+  image.pixels.resize(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 4);
+  for_rows(options.height, options.threads, [&](int y) {
+    for (int x = 0; x < options.width; ++x) {
+      V3f color(0, 0, 0);
+      float alpha = 0;
+      for (int i = 0; i < options.samples; ++i) {
+        const V2f at = pixel_sample(x, y, i, options.samples);
+        truth.trace(truth.rays.at(x + static_cast<double>(at.x), y + static_cast<double>(at.y)), &color, &alpha);
+      }
+      float* out = image.at(x, y);
+      for (int c = 0; c < 3; ++c) out[c] = alpha > 0 ? color[c] / alpha : 0.0f;
+      out[3] = std::min(alpha / static_cast<float>(options.samples), 1.0f);
+    }
+  });
+  return image;
+}
+
+}  // namespace texel
