@@ -1,1 +1,279 @@
+// texel_vdb.so: the only file that knows OpenVDB.
+#include "formats/vdb_module.h"
 
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <tuple>
+#include <type_traits>
+
+namespace texel {
+namespace {
+
+constexpr const char* kCreator = "texel";
+
+// What a grid means, for whoever opens the file without our documents. Unknown names get no text.
+struct Meaning {
+  const char* name;
+  const char* units;
+  const char* text;
+};
+constexpr Meaning kMeanings[] = {
+    {"density", "1 / world unit", "isotropic extinction: mean over the axes of -ln(1 - alpha) / voxel edge, capped"},
+    {"Cd", "1", "linear RGB albedo, not premultiplied, running on beyond the matter"},
+    {"alpha", "1", "opacity of the voxel seen along x, y, z"},
+    {"area", "voxel edge^2", "surface area in the voxel, before cut-outs"},
+    {"coverage", "1", "share of the area left after cut-outs"},
+    {"normal", "1", "area-weighted mean normal, not of unit length"},
+    {"S_diag", "1", "SGGX matrix, largest eigenvalue 1: xx, yy, zz"},
+    {"S_off", "1", "SGGX matrix: xy, xz, yz"},
+    {"axis_1", "1", "first stored axis of the normal distribution"},
+    {"axis_2", "1", "second stored axis of the normal distribution"},
+    {"crossings", "1", "mean number of surface crossings along x, y, z"},
+    {"kd", "1", "diffuse albedo"},
+    {"ks", "1", "specular albedo"},
+    {"roughness", "1", "GGX alpha"},
+    {"transparency", "1", "share of light the material lets through"},
+    {"emission", "radiance", "emitted light"},
+    {"solid", "1", "share of the voxel inside closed components"},
+};
+
+const Meaning* meaning_of(const std::string& name) {
+  const auto* found = std::find_if(std::begin(kMeanings), std::end(kMeanings), [&](const Meaning& m) { return name == m.name; });
+  return found == std::end(kMeanings) ? nullptr : found;
+}
+
+// OpenVDB's file class writes to a path and does not look at the stream afterwards; the base class writes to any stream.
+struct SeekableArchive : openvdb::io::Archive {
+  void write_grids(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& meta) const {
+    Archive::write(out, grids, /*seekable=*/true, meta);
+  }
+};
+
+template <class Value>
+Value value_at(const std::vector<float>& values, std::size_t i) {
+  if constexpr (std::is_same_v<Value, float>) {
+    return values[i];
+  } else {
+    return Value(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
+  }
+}
+
+template <class Value>
+void append(std::vector<float>& values, const Value& v) {
+  if constexpr (std::is_same_v<Value, float>) {
+    values.push_back(v);
+  } else {
+    values.insert(values.end(), {v[0], v[1], v[2]});
+  }
+}
+
+openvdb::Coord corner(const V3i& block) { return {block.x * 8, block.y * 8, block.z * 8}; }
+
+template <class GridType>
+openvdb::GridBase::Ptr build(const Layer& layer, const Channel& channel) {
+  using Tree = typename GridType::TreeType;
+  using Leaf = typename Tree::LeafNodeType;
+  using Value = typename GridType::ValueType;
+  static_assert(Leaf::DIM == 8);
+  const std::vector<Block>& blocks = layer.set.blocks;
+  std::vector<std::unique_ptr<Leaf>> leaves(blocks.size());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const Block& block = blocks[b];
+    auto leaf = std::make_unique<Leaf>(corner(block.at), openvdb::zeroVal<Value>(), false);
+    Value* values = leaf->buffer().data();
+    auto from = static_cast<std::size_t>(block.first);
+    for (std::size_t word = 0; word < 8; ++word) {
+      leaf->getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(word)) = block.mask[word];
+      for (std::uint64_t left = block.mask[word]; left; left &= left - 1)
+        values[word << 6 | static_cast<std::size_t>(__builtin_ctzll(left))] = value_at<Value>(channel.values, from++);
+    }
+    leaves[b] = std::move(leaf);
+  });
+  auto grid = GridType::create(openvdb::zeroVal<Value>());
+  for (auto& leaf : leaves) grid->tree().addLeaf(leaf.release());
+  for (std::size_t t = 0; t < layer.tiles.size(); ++t)
+    grid->tree().addTile(1, corner(layer.tiles[t]), value_at<Value>(channel.tiles, t), true);
+  return grid;
+}
+
+void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob& job, bool half) {
+  const Grid& g = job.level->grid;
+  grid.setName(channel.name);
+  grid.setGridClass(openvdb::GRID_FOG_VOLUME);
+  grid.setSaveFloatAsHalf(half);
+  grid.setIsInWorldSpace(true);
+  if (channel.components == 3)
+    grid.setVectorType(channel.name == "normal" ? openvdb::VEC_COVARIANT_NORMALIZE : openvdb::VEC_INVARIANT);
+  // OpenVDB's cell centres are at integer indices: index (0,0,0) is half a voxel above the box's corner.
+  const V3d first = g.centre(V3i(0, 0, 0));
+  auto transform = openvdb::math::Transform::createLinearTransform(g.h);
+  transform->postTranslate(openvdb::Vec3d(first.x, first.y, first.z));
+  grid.setTransform(transform);
+  grid.insertMeta("voxel_edge", openvdb::DoubleMetadata(g.h));
+  grid.insertMeta("level", openvdb::Int32Metadata(job.number));
+  if (const Meaning* m = meaning_of(channel.name)) {
+    grid.insertMeta("meaning", openvdb::StringMetadata(m->text));
+    grid.insertMeta("units", openvdb::StringMetadata(m->units));
+  }
+}
+
+void write_level(const VdbWriteJob& job) {
+  struct Source {
+    const Layer* layer;
+    const Channel* channel;
+  };
+  std::vector<Source> sources;
+  for (const Layer& layer : job.level->layers)
+    for (const Channel& channel : layer.channels) sources.push_back({&layer, &channel});
+  openvdb::GridPtrVec grids(sources.size());
+  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t i) {
+    const auto& [layer, channel] = sources[i];
+    grids[i] = channel->components == 3 ? build<openvdb::Vec3SGrid>(*layer, *channel) : build<openvdb::FloatGrid>(*layer, *channel);
+    describe(*grids[i], *channel, job, job.half.at(i));
+  });
+  openvdb::MetaMap meta;
+  meta.insertMeta("creator", openvdb::StringMetadata(kCreator));
+  SeekableArchive archive;
+  archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+  std::ofstream out;
+  out.exceptions(std::ios::badbit | std::ios::failbit);
+  out.open(job.path, std::ios::binary | std::ios::trunc);
+  archive.write_grids(out, {grids.begin(), grids.end()}, meta);
+  out.close();
+}
+
+template <class GridType>
+void take(const GridType& grid, Channel& channel, Layer& layer) {
+  using Value = typename GridType::ValueType;
+  using Leaf = typename GridType::TreeType::LeafNodeType;
+  const auto block_of = [](const openvdb::Coord& c) { return V3i(c.x() >> 3, c.y() >> 3, c.z() >> 3); };
+  const auto order = [](const V3i& a, const V3i& b) { return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x); };
+
+  std::vector<const Leaf*> leaves;
+  grid.tree().getNodes(leaves);
+  std::erase_if(leaves, [](const Leaf* leaf) { return leaf->isEmpty(); });
+  std::sort(leaves.begin(), leaves.end(), [&](const Leaf* a, const Leaf* b) { return order(block_of(a->origin()), block_of(b->origin())); });
+  for (const Leaf* leaf : leaves) {
+    Block block;
+    block.at = block_of(leaf->origin());
+    block.first = layer.set.count;
+    for (std::size_t word = 0; word < 8; ++word) block.mask[word] = leaf->getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(word));
+    layer.set.count += leaf->onVoxelCount();
+    layer.set.blocks.push_back(block);
+    const Value* values = leaf->buffer().data();
+    for (auto on = leaf->getValueMask().beginOn(); on; ++on) append(channel.values, values[on.pos()]);
+  }
+
+  std::vector<std::pair<V3i, Value>> tiles;
+  auto it = grid.tree().cbeginValueOn();
+  it.setMaxDepth(decltype(it)::LEAF_DEPTH - 1);
+  for (; it; ++it) {
+    openvdb::CoordBBox box;
+    it.getBoundingBox(box);
+    if (box.dim() != openvdb::Coord(8)) throw openvdb::ValueError("tile of " + std::to_string(box.dim().x()) + "^3 voxels");
+    tiles.emplace_back(block_of(box.min()), it.getValue());
+  }
+  std::sort(tiles.begin(), tiles.end(), [&](const auto& a, const auto& b) { return order(a.first, b.first); });
+  for (const auto& [at, value] : tiles) {
+    layer.tiles.push_back(at);
+    append(channel.tiles, value);
+  }
+}
+
+VdbGrid convert(const openvdb::GridBase& grid) {
+  VdbGrid result;
+  Channel channel;
+  channel.name = grid.getName();
+  channel.full_float = !grid.saveFloatAsHalf();
+  if (const auto* scalar = dynamic_cast<const openvdb::FloatGrid*>(&grid)) {
+    take(*scalar, channel, result.layer);
+  } else if (const auto* vector = dynamic_cast<const openvdb::Vec3SGrid*>(&grid)) {
+    channel.components = 3;
+    take(*vector, channel, result.layer);
+    result.vector_type = openvdb::GridBase::vecTypeToString(grid.getVectorType());
+  } else {
+    throw openvdb::TypeError("grid " + channel.name + " is of type " + grid.valueType());
+  }
+  result.layer.channels.push_back(std::move(channel));
+  result.grid_class = openvdb::GridBase::gridClassToString(grid.getGridClass());
+  const auto& transform = grid.constTransform();
+  if (transform.isLinear() && transform.hasUniformScale()) {
+    const openvdb::Vec3d low = transform.indexToWorld(openvdb::Vec3d(-0.5)), one = transform.indexToWorld(openvdb::Vec3d(0.5));
+    const openvdb::Vec3d size = transform.voxelSize(), along = one - low;
+    // A rotated or mirrored map has a uniform scale too; the diagonal tells.
+    if (along.eq(size, 1e-9 * size.x())) {
+      result.linear = true;
+      result.h = size.x();
+      result.origin = V3d(low.x(), low.y(), low.z());
+    }
+  }
+  return result;
+}
+
+void read_level(const std::string& path, std::vector<VdbGrid>& out) {
+  std::vector<std::string> names;
+  {
+    openvdb::io::File file(path);
+    file.open(/*delayLoad=*/false);
+    for (auto name = file.beginName(); name != file.endName(); ++name) names.push_back(*name);
+  }
+  out.resize(names.size());
+  tbb::parallel_for(std::size_t{0}, names.size(), [&](std::size_t i) {
+    openvdb::io::File file(path);  // one each: a file has one read position
+    file.open(/*delayLoad=*/false);
+    const openvdb::GridBase::Ptr grid = file.readGrid(names[i]);
+    if (!grid) throw openvdb::IoError("grid " + names[i] + " cannot be read");
+    out[i] = convert(*grid);
+  });
+}
+
+// One line, whatever the library says.
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text.empty() ? "unknown error" : text;
+}
+
+std::string write(const VdbWriteJob& job, bool* disk_full) {
+  try {
+    openvdb::initialize();
+    errno = 0;
+    write_level(job);
+    return {};
+  } catch (const std::ios_base::failure& e) {
+    const int cause = errno;
+    *disk_full = cause == ENOSPC || cause == EDQUOT || cause == EFBIG;
+    return one_line(cause ? std::strerror(cause) : e.what());
+  } catch (const std::exception& e) {
+    return one_line(e.what());
+  } catch (...) {
+    return one_line({});
+  }
+}
+
+std::string read(const std::string& path, std::vector<VdbGrid>* grids) {
+  try {
+    openvdb::initialize();
+    grids->clear();
+    read_level(path, *grids);
+    return {};
+  } catch (const std::exception& e) {
+    return one_line(e.what());
+  } catch (...) {
+    return one_line({});
+  }
+}
+
+}  // namespace
+
+extern "C" __attribute__((visibility("default"))) const VdbFunctions texel_vdb_functions{kVdbModuleVersion, write, read};
+
+}  // namespace texel

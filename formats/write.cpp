@@ -1,1 +1,226 @@
+#include "formats/write.h"
 
+#include <fcntl.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "formats/error.h"
+#include "formats/hash.h"
+#include "formats/module.h"
+#include "formats/staging.h"
+#include "formats/vdb_module.h"
+#include "formats/write_parts.h"
+
+namespace texel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr float kLargestHalf = 65504;
+
+[[noreturn]] void fail_writing(const std::string& path, bool full, const std::string& why) {
+  throw Error(full ? Code::kRunning : Code::kFile, path, "cannot be written (" + why + ")", full ? "free some space" : "");
+}
+
+// The target with links resolved, so that a link to a pack stays a link.
+fs::path resolved(const std::string& folder) {
+  if (folder.empty()) throw Error(Code::kFile, "", "no folder given for the pack");
+  std::error_code ec;
+  fs::path path = fs::weakly_canonical(fs::absolute(folder, ec), ec);
+  if (ec) throw Error(Code::kFile, folder, "is not a place for a pack (" + ec.message() + ")");
+  if (path.filename().empty()) path = path.parent_path();
+  return path;
+}
+
+bool says_pack(const fs::path& manifest) {
+  std::ifstream in(manifest, std::ios::binary);
+  const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
+  return json.is_object() && json.contains("format") && json["format"] == "texel-pack";
+}
+
+void refuse_strangers(const fs::path& target) {
+  std::error_code ec;
+  if (!fs::exists(target, ec)) return;
+  if (!fs::is_directory(target, ec)) throw Error(Code::kFile, target.string(), "is a file", "give the name of a folder");
+  if (fs::is_empty(target, ec) || says_pack(target / "manifest.json")) return;
+  throw Error(Code::kFile, target.string(), "is a folder that holds something else than a pack", "choose another name or empty it");
+}
+
+// A pack whose arrays do not fit its voxel sets is a mistake of the baker; say so before anything is written.
+void check_channels(const Pack& pack) {
+  for (const Level& level : pack.levels)
+    for (const Layer& layer : level.layers)
+      for (const Channel& c : layer.channels) {
+        const auto components = static_cast<std::size_t>(c.components);
+        if ((c.components == 1 || c.components == 3) && c.values.size() == static_cast<std::size_t>(layer.set.count) * components &&
+            c.tiles.size() == layer.tiles.size() * components)
+          continue;
+        throw Error(Code::kRunning, c.name, "grid has " + std::to_string(c.values.size()) + " values and " + std::to_string(c.tiles.size()) +
+                                                " in tiles, which is not what its voxels ask for");
+      }
+}
+
+bool stored_as_half(const Channel& channel, const WriteOptions& options) {
+  if (options.full_float || channel.full_float) return false;
+  const auto fits = [](float v) { return std::abs(v) <= kLargestHalf; };
+  return std::all_of(channel.values.begin(), channel.values.end(), fits) && std::all_of(channel.tiles.begin(), channel.tiles.end(), fits);
+}
+
+// OpenVDB stamps every file with a random number. In its place goes the hash of everything else.
+void replace_uuid(const std::string& path) {
+  constexpr std::size_t kHead = kVdbUuidOffset + kVdbUuidLength;
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  std::string head(kHead, '\0');
+  file.read(head.data(), kHead);
+  if (!file) throw Error(Code::kRunning, path, "is shorter than a volume file's header");
+  Sha256 sum;
+  sum.add(head.data(), kVdbUuidOffset);
+  std::vector<char> buffer(std::size_t{1} << 18);
+  while (file) {
+    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    sum.add(buffer.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  const std::string hex = sum.hex();
+  const std::string uuid = hex.substr(0, 8) + "-" + hex.substr(8, 4) + "-" + hex.substr(12, 4) + "-" + hex.substr(16, 4) + "-" + hex.substr(20, 12);
+  file.clear();
+  file.seekp(kVdbUuidOffset);
+  file.write(uuid.data(), kVdbUuidLength);
+  file.close();
+  if (!file) fail_writing(path, errno == ENOSPC, std::strerror(errno));
+}
+
+LevelRecord write_level(const Level& level, int number, const fs::path& folder, const WriteOptions& options) {
+  LevelRecord record;
+  record.grid = level.grid;
+  record.active = active_voxels(level);
+  VdbWriteJob job{.path = (folder / level_file(number)).string(), .level = &level, .number = number, .half = {}};
+  for (const Layer& layer : level.layers)
+    for (const Channel& c : layer.channels) {
+      const std::int64_t active = layer.set.count + 512 * static_cast<std::int64_t>(layer.tiles.size());
+      record.grids.push_back({c.name, c.components, stored_as_half(c, options), active});
+      job.half.push_back(record.grids.back().half);
+    }
+  bool full = false;
+  if (const std::string why = vdb_functions().write(job, &full); !why.empty()) fail_writing(job.path, full, why);
+  replace_uuid(job.path);
+  record.file = record_file(folder, level_file(number));
+  return record;
+}
+
+// Relative where pack and source share more than the root: a way up to the root and down again would be an absolute path in disguise.
+std::string source_path(const std::string& source, const fs::path& target) {
+  std::error_code ec;
+  const fs::path path = fs::weakly_canonical(fs::absolute(source, ec), ec);
+  const fs::path relative = path.lexically_relative(target);
+  auto in_path = path.relative_path().begin(), in_target = target.relative_path().begin();
+  const bool shared = in_path != path.relative_path().end() && in_target != target.relative_path().end() && *in_path == *in_target;
+  return ec || relative.empty() || !shared ? fs::path(source).filename().generic_string() : relative.generic_string();
+}
+
+std::vector<SourceFile> hashed_sources(const std::vector<SourceFile>& sources, const fs::path& target) {
+  std::vector<SourceFile> result = sources;
+  tbb::parallel_for(std::size_t{0}, result.size(), [&](std::size_t i) {
+    SourceFile& s = result[i];
+    if (s.sha256.empty()) s.sha256 = file_sha256(s.path, &s.bytes);
+    s.path = source_path(s.path, target);
+  });
+  return result;
+}
+
+void write_synced(const std::string& path, const std::string& text) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (fd < 0) fail_writing(path, errno == ENOSPC, std::strerror(errno));
+  std::size_t done = 0;
+  int cause = 0;
+  while (done < text.size() && !cause) {
+    const ssize_t put = ::write(fd, text.data() + done, text.size() - done);
+    if (put >= 0) done += static_cast<std::size_t>(put);
+    else if (errno != EINTR) cause = errno;
+  }
+  if (!cause && fsync(fd) != 0 && errno != EINVAL) cause = errno;
+  if (close(fd) != 0 && !cause) cause = errno;
+  if (cause) fail_writing(path, cause == ENOSPC || cause == EDQUOT || cause == EFBIG, std::strerror(cause));
+}
+
+void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& staging, const WriteOptions& options, const Report& report) {
+  Manifest m;
+  m.generator = generator();
+  m.recipe_json = pack.recipe_json;
+  m.grid = pack.grid;
+  m.cyclic = pack.cyclic;
+  m.statistics = pack.statistics;
+  m.errors = pack.errors;
+  m.issues = pack.issues;
+  m.skipped = pack.skipped;
+  const bool volume = std::any_of(pack.levels.begin(), pack.levels.end(), [](const Level& level) {
+    return std::any_of(level.layers.begin(), level.layers.end(), [](const Layer& layer) { return !layer.channels.empty(); });
+  });
+  if (volume) m.levels.resize(pack.levels.size());
+  // Compressing a volume keeps one thread busy; the slices take the others.
+  tbb::task_group group;
+  for (std::size_t l = 0; l < m.levels.size(); ++l)
+    group.run([&, l] { m.levels[l] = write_level(pack.levels[l], static_cast<int>(l), staging.path(), options); });
+  group.run([&] { m.slices = write_slices(pack.slices, staging.path(), options.slice_format, report); });
+  group.run([&] { m.sources = hashed_sources(pack.sources, target); });
+  group.wait();
+  if (!pack.preview.empty()) {
+    write_png(pack.preview, staging.file("preview.png"));
+    m.preview = record_file(staging.path(), "preview.png");
+  }
+  write_synced(staging.file("manifest.json"), manifest_text(m));
+}
+
+}  // namespace
+
+const VdbFunctions& vdb_functions() {
+  const auto* table = static_cast<const VdbFunctions*>(module_symbol("texel_vdb", kVdbSymbol));
+  if (table->version != kVdbModuleVersion)
+    throw Error(Code::kUnsupported, "texel_vdb.so", "is of version " + std::to_string(table->version) + ", not " + std::to_string(kVdbModuleVersion), "reinstall texel");
+  return *table;
+}
+
+FileRecord record_file(const fs::path& folder, const std::string& name) {
+  FileRecord record{.file = name, .sha256 = {}};
+  record.sha256 = file_sha256((folder / name).string(), &record.bytes);
+  return record;
+}
+
+std::int64_t active_voxels(const Level& level) {
+  // Block coordinates (z, y, x) -> union of the masks.
+  std::map<std::tuple<int, int, int>, std::array<std::uint64_t, 8>> blocks;
+  for (const Layer& layer : level.layers) {
+    if (layer.channels.empty()) continue;
+    for (const Block& b : layer.set.blocks) {
+      auto& mask = blocks[{b.at.z, b.at.y, b.at.x}];
+      for (std::size_t w = 0; w < 8; ++w) mask[w] |= b.mask[w];
+    }
+    for (const V3i& t : layer.tiles) blocks[{t.z, t.y, t.x}].fill(~std::uint64_t{0});
+  }
+  std::int64_t count = 0;
+  for (const auto& entry : blocks)
+    for (const std::uint64_t word : entry.second) count += __builtin_popcountll(word);
+  return count;
+}
+
+void write_pack(const Pack& pack, const std::string& folder, const WriteOptions& options, Report& report) {
+  const StageTimer timer(report, "write");
+  const fs::path target = resolved(folder);
+  refuse_strangers(target);
+  check_channels(pack);
+  StagingFolder staging(target);
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  arena.execute([&] { write_parts(pack, target, staging, options, report); });
+  staging.commit();
+}
+
+}  // namespace texel

@@ -1,0 +1,45 @@
+#pragma once
+// The table of functions texel_vdb.so exports: everything that touches OpenVDB. Reached through module_symbol("texel_vdb", kVdbSymbol).
+// Exceptions stay inside the module: every function returns an empty string, or one line saying what went wrong.
+#include <string>
+#include <vector>
+
+#include "formats/pack.h"
+
+namespace texel {
+
+struct VdbWriteJob {
+  std::string path;               // created or overwritten
+  const Level* level = nullptr;
+  int number = 0;                 // 0: finest
+  std::vector<bool> half;         // per channel, layers in order: 16-bit floats on disk
+};
+
+// One grid as the file has it.
+struct VdbGrid {
+  Layer layer;                    // with exactly one channel; full_float tells how it is stored
+  std::string grid_class;         // "fog volume"
+  std::string vector_type;        // "invariant", "covariant normalize"; empty for scalar grids
+  bool linear = false;            // the transform is a uniform scale and a translation
+  double h = 0;                   // voxel edge; when linear
+  V3d origin{0, 0, 0};            // world position of the lowest corner of voxel (0,0,0); when linear
+};
+
+inline constexpr int kVdbModuleVersion = 1;
+inline constexpr const char* kVdbSymbol = "texel_vdb_functions";
+
+struct VdbFunctions {
+  int version;                    // kVdbModuleVersion
+  // Writes one level. The file's 36 UUID characters at kVdbUuidOffset are random: the caller replaces them.
+  // `disk_full` is set when the cause is a full disk or quota.
+  std::string (*write)(const VdbWriteJob& job, bool* disk_full);
+  // Reads every grid, in the file's order. Tiles other than 8³ are refused: no writer of ours makes them.
+  std::string (*read)(const std::string& path, std::vector<VdbGrid>* grids);
+};
+
+inline constexpr int kVdbUuidOffset = 21, kVdbUuidLength = 36;
+
+// The module's table, loaded on first use. Throws as module_symbol.
+[[nodiscard]] const VdbFunctions& vdb_functions();
+
+}  // namespace texel
