@@ -1,1 +1,197 @@
+// texel bake: inputs -> pack.
+#include <tbb/global_control.h>
 
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <thread>
+
+#include "bake/bake.h"
+#include "bake/view.h"
+#include "cli/commands.h"
+#include "cli/interrupt.h"
+#include "cli/print.h"
+#include "cli/recipe_file.h"
+#include "formats/error.h"
+#include "formats/read.h"
+#include "formats/write.h"
+
+namespace texel {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string size_text(const V3i& n) {
+  return std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z);
+}
+
+// Make's own special characters in a file name.
+std::string make_escaped(const std::string& path) {
+  std::string out;
+  for (const char c : path) {
+    if (c == ' ' || c == '#') out += '\\';
+    if (c == '$') out += '$';
+    out += c;
+  }
+  return out;
+}
+
+// The manifest is the file that stands for the pack: it is written last.
+void write_depfile(const Settings& settings, const Scene& scene) {
+  std::string text = make_escaped((fs::path(settings.output) / "manifest.json").string()) + ":";
+  const auto add = [&](const std::string& path) { text += " \\\n  " + make_escaped(path); };
+  for (const SourceFile& source : scene.sources) add(source.path);
+  if (!settings.recipe_file.empty()) {
+    std::error_code ec;
+    add(fs::is_directory(settings.recipe_file, ec) ? (fs::path(settings.recipe_file) / "manifest.json").string() : settings.recipe_file);
+  }
+  write_text_file(settings.depfile, text + "\n");
+}
+
+double mesh_area(const Mesh& mesh) {
+  double area = 0;
+  for (const auto& t : mesh.triangles) {
+    const V3d a = mesh.points[t[0]];
+    area += 0.5 * (mesh.points[t[1]] - a).cross(mesh.points[t[2]] - a).length();
+  }
+  return area;
+}
+
+// Enough to tell 200 MB from 20 GB. A surface of area A crosses about 1.5·A/h² cells (a plane at a random angle), and a bundle of
+// samples² rays per cell and axis meets it about 1.5·A/h²·samples² times in all three axes.
+double memory_estimate(const Scene& scene, const Settings& settings, const Grid& grid) {
+  const Recipe& recipe = settings.recipe;
+  const Mesh& mesh = scene.mesh;
+  const double geometry = 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
+  const double cells = std::min(1.5 * mesh_area(mesh) / (grid.h * grid.h), static_cast<double>(grid.voxels()));
+  constexpr double kBytesPerCell = 4 * 40, kBytesPerCrossing = 24;  // 40 stored floats and moments; place, triangle, side
+  const double crossings = cells * recipe.samples * recipe.samples;
+  const double slice = 16.0 * std::max({1.0 * grid.n.x * grid.n.y, 1.0 * grid.n.y * grid.n.z, 1.0 * grid.n.x * grid.n.z});
+  return geometry + cells * kBytesPerCell + crossings * kBytesPerCrossing + (recipe.want.slices ? 4 * slice : 0);
+}
+
+std::string plan_text(const Scene& scene, const Settings& settings, const Grid& grid, const std::string& fresh) {
+  const Recipe& recipe = settings.recipe;
+  const Box3d box = grid.box();
+  std::string text;
+  const auto line = [&](const std::string& what, const std::string& value) {
+    text += what + std::string(what.size() < 12 ? 12 - what.size() : 1, ' ') + value + "\n";
+  };
+  const auto corner = [](const V3d& v) { return "(" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + ")"; };
+  line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
+  line("box", corner(box.min) + " .. " + corner(box.max));
+  line("grid", size_text(grid.n) + " voxels of " + number_text(grid.h));
+  line("memory", "about " + bytes_text(memory_estimate(scene, settings, grid)));
+  if (recipe.want.volume()) line("volume", recipe.want.levels ? "with coarser levels" : "level 0 only");
+  else line("volume", "skipped: not wanted");
+  std::string axes;
+  for (std::size_t a = 0; a < 3; ++a)
+    if (recipe.slice_axes[a]) axes += (axes.empty() ? "" : ", ") + std::string(1, static_cast<char>('x' + a));
+  line("slices", recipe.want.slices && !axes.empty() ? "along " + axes : "skipped: not wanted");
+  line("preview", recipe.want.preview ? "yes" : "skipped: not wanted");
+  if (!settings.output.empty()) line("pack", settings.output + ": " + fresh);
+  return text;
+}
+
+struct Outcome {
+  std::string status = "failed";
+  std::optional<Pack> pack;
+};
+
+void bake_pack(const Settings& settings, Report& report, Outcome& outcome, double (*now)()) {
+  const double start = now();
+  ProgressBar bar(settings.progress);
+  report.progress = [&bar](const std::string& stage, double done) {
+    stop_if_interrupted();
+    bar.update(stage, done);
+  };
+  const auto talk = [&](const std::string& line) {
+    bar.clear();
+    print_talk(line);
+  };
+  Scene scene;
+  {
+    const StageTimer timer(report, "read");
+    scene = read_scene(settings.inputs, report);
+  }
+  stop_if_interrupted();
+  const std::string recipe = recipe_json(settings);
+  std::string why;
+  const bool fresh = !settings.output.empty() && !settings.force && pack_up_to_date(settings.output, scene, recipe, &why);
+  if (settings.plan) {
+    print_product(plan_text(scene, settings, plan_grid(scene, settings.recipe), fresh ? "up to date" : why.empty() ? "to be baked" : "to be baked: " + why));
+    outcome.status = "planned";
+    return;
+  }
+  if (fresh) {
+    // A build tool goes by time stamps: this pack has been looked at now.
+    std::error_code ec;
+    if (!settings.depfile.empty()) {
+      fs::last_write_time(fs::path(settings.output) / "manifest.json", fs::file_time_type::clock::now(), ec);
+      write_depfile(settings, scene);
+    }
+    talk(settings.output + ": up to date (--force bakes it anyway)");
+    outcome.status = "up to date";
+    return;
+  }
+  Pack& pack = outcome.pack.emplace(bake(scene, settings.recipe, report));
+  pack.recipe_json = recipe;
+  pack.sources = scene.sources;
+  if (settings.recipe.want.preview) {
+    const StageTimer timer(report, "preview");
+    constexpr int kTile = 256;
+    pack.preview = contact_sheet(pack, &scene, kTile, settings.recipe.threads, report);
+  }
+  stop_if_interrupted();
+  {
+    const StageTimer timer(report, "write");
+    write_pack(pack, settings.output, settings.recipe.write, report);
+  }
+  if (!settings.depfile.empty()) write_depfile(settings, scene);
+  outcome.status = "baked";
+  talk(settings.output + ": pack written, " + size_text(pack.grid.n) + " voxels, " + std::to_string(pack.levels.size()) + " levels, " +
+       std::to_string(pack.slices.size()) + " stacks, " + seconds_text(now() - start));
+}
+
+double now_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+int command_bake(const Settings& settings) {
+  if (settings.inputs.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --recipe with a pack");
+  if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
+
+  std::optional<tbb::global_control> limit;
+  if (settings.recipe.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(settings.recipe.threads));
+
+  Report report;
+  Outcome outcome;
+  const double start = now_seconds();
+  const auto finish = [&](const std::string& message) {
+    report.progress = nullptr;
+    print_warnings(report.issues);
+    if (settings.verbose) print_stages(report);
+    if (!settings.report_file.empty())
+      write_text_file(settings.report_file,
+                      report_json(outcome.status, report, outcome.pack ? &*outcome.pack : nullptr, now_seconds() - start, message));
+  };
+  try {
+    bake_pack(settings, report, outcome, now_seconds);
+  } catch (const Error& error) {
+    // The first error is the one to tell: a report that cannot be written either must not hide it.
+    try {
+      finish(error.what());
+    } catch (const Error& second) {
+      print_error(second.what());
+    }
+    throw;
+  }
+  finish("");
+  return 0;
+}
+
+}  // namespace texel

@@ -1,1 +1,99 @@
+// texel view: pack or meshes -> picture.
+#include <tbb/global_control.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "bake/view.h"
+#include "cli/commands.h"
+#include "cli/interrupt.h"
+#include "cli/print.h"
+#include "cli/recipe_file.h"
+#include "formats/error.h"
+#include "formats/read.h"
+#include "formats/read_pack.h"
+
+namespace texel {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Format { kPng, kExr };
+
+Format picture_format(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (extension == ".png") return Format::kPng;
+  if (extension == ".exr") return Format::kExr;
+  throw Error(Code::kUnsupported, path, "pictures of extension \"" + extension + "\" cannot be written", "use .png or .exr");
+}
+
+Box3d bounds(const Scene& scene) {
+  Box3d box;
+  for (const auto& triangle : scene.mesh.triangles)
+    for (const std::uint32_t corner : triangle) box.extendBy(scene.mesh.points[corner]);
+  return box;
+}
+
+Image render(const Settings& settings, ViewOptions& options, Report& report) {
+  const ViewSettings& view = settings.view;
+  const std::string& input = settings.inputs.front();
+  const auto aim = [&](const Box3d& box) { options.camera = orbit_camera(box, view.azimuth, view.elevation, view.fov); };
+  std::error_code ec;
+  if (!fs::is_directory(input, ec)) {
+    if (!view.mode.empty() && view.mode != "truth")
+      throw Error(Code::kCommandLine, "--mode " + view.mode, "needs a pack, and " + input + " is none", "bake it first, or use --mode truth");
+    const Scene scene = read_scene(settings.inputs, report);
+    aim(bounds(scene));
+    return view_truth(scene, options, report);
+  }
+  const Pack pack = read_pack(input);
+  aim(pack.grid.box());  // the same camera for the pack and its truth
+  if (view.truth || view.mode == "truth") {
+    const std::vector<std::string> meshes = manifest_meshes((fs::path(input) / "manifest.json").string());
+    if (meshes.empty()) throw Error(Code::kBadInput, input, "names no source mesh", "view the mesh itself");
+    const Scene scene = read_scene(meshes, report);
+    return view_truth(scene, options, report);
+  }
+  return view.mode == "slices" ? view_slices(pack, options, report) : view_volume(pack, options, report);
+}
+
+}  // namespace
+
+int command_view(const Settings& settings) {
+  if (settings.inputs.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name a pack or a mesh");
+  if (settings.output.empty()) throw Error(Code::kCommandLine, "--output", "missing", "name the picture, e.g. -o tree.png");
+  const Format format = picture_format(settings.output);
+  std::optional<tbb::global_control> limit;
+  if (settings.recipe.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(settings.recipe.threads));
+
+  Report report;
+  ProgressBar bar(settings.progress);
+  report.progress = [&bar](const std::string& stage, double done) {
+    stop_if_interrupted();
+    bar.update(stage, done);
+  };
+  const ViewSettings& view = settings.view;
+  ViewOptions options;
+  options.width = view.width;
+  options.height = view.height;
+  options.samples = view.samples;
+  options.lights = settings.recipe.lights;
+  options.shadows = !view.no_shadows;
+  options.level = view.level;
+  options.slice_axis = view.axis;
+  options.threads = settings.recipe.threads;
+  Image image = render(settings, options, report);
+  stop_if_interrupted();
+  if (view.background.x >= 0) image = over_background(image, view.background);
+  if (format == Format::kPng) write_png(image, settings.output);
+  else write_exr(image, settings.output);
+  bar.clear();
+  print_warnings(report.issues);
+  if (settings.verbose) print_stages(report);
+  return 0;
+}
+
+}  // namespace texel

@@ -1,1 +1,79 @@
+// Dispatch and exit status. Nothing heavy is loaded or set up before a command is known to be right.
+#include <exception>
+#include <new>
+#include <stdexcept>
 
+#include "cli/commands.h"
+#include "cli/help.h"
+#include "cli/interrupt.h"
+#include "cli/print.h"
+#include "formats/error.h"
+
+namespace texel {
+namespace {
+
+int run(Command command, const std::vector<std::string>& arguments) {
+  const Settings settings = parse_options(command, arguments);
+  if (settings.help) {
+    print_product(command_help(command));
+    return 0;
+  }
+  catch_interrupts();
+  switch (command) {
+    case kBake: return command_bake(settings);
+    case kInfo: return command_info(settings);
+    case kCheck: return command_check(settings);
+    case kView: return command_view(settings);
+  }
+  return 0;
+}
+
+int dispatch(const std::vector<std::string>& arguments) {
+  if (arguments.empty()) {
+    print_product(basics_text());
+    return 0;
+  }
+  const std::string& word = arguments.front();
+  const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
+  if (word == "bake") return run(kBake, rest);
+  if (word == "info") return run(kInfo, rest);
+  if (word == "check") return run(kCheck, rest);
+  if (word == "view") return run(kView, rest);
+  if (word == "--version" || word == "-V") print_product(version_text());
+  else if (word == "--help" || word == "-h" || word == "help") print_product(program_help());
+  else if (word == "--dump-docs") print_product(cli_document());
+  else if (word == "batch" || word == "compare" || word == "convert" || word == "bench")
+    throw Error(Code::kUnsupported, word, "not supported in this version");
+  else throw Error(Code::kCommandLine, word, "unknown command", "commands are bake, info, check and view; see `texel --help`");
+  return 0;
+}
+
+int fail(Code code, const std::string& text) {
+  print_error(text);
+  return static_cast<int>(code);
+}
+
+}  // namespace
+
+const std::string& only_input(const Settings& settings, const char* what) {
+  if (settings.inputs.size() != 1)
+    throw Error(Code::kCommandLine, "", std::string("needs one ") + what + " (got " + std::to_string(settings.inputs.size()) + ")", "see --help");
+  return settings.inputs.front();
+}
+
+}  // namespace texel
+
+int main(int argc, char** argv) {
+  using namespace texel;
+  try {
+    return dispatch({argv + (argc > 0 ? 1 : 0), argv + argc});
+  } catch (const Error& error) {
+    return fail(error.code, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(Code::kRunning, "out of memory; lower the resolution or --samples");
+  } catch (const std::length_error&) {  // a container asked for more than there can be
+    return fail(Code::kRunning, "out of memory; lower the resolution or --samples");
+  } catch (const std::exception& error) {
+    return fail(Code::kRunning, std::string("unexpected: ") + error.what() + "; please report this");
+  }
+}

@@ -1,0 +1,162 @@
+#include "cli/help.h"
+
+#include <array>
+
+namespace texel {
+namespace {
+
+struct CommandText {
+  Command command;
+  const char* name;
+  const char* usage;
+  const char* does;
+  const char* more;      // the terms it uses, in a few lines
+  const char* examples;
+};
+
+constexpr std::array<CommandText, 4> kCommands = {{
+    {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene; several inputs are one scene",
+     "INPUT is an .obj (with its .mtl and textures), .ply, .stl or .off file.\n"
+     "A pack is a folder: manifest.json, volume.vdb with its coarser levels, stacks of RGBA slices and preview.png.\n"
+     "A pack made by this version from the same bytes with the same recipe is left alone (--force bakes it anyway).\n",
+     "  texel bake tree.obj -o tree.texel                        128 voxels along the longest side, all there is\n"
+     "  texel bake tree.obj -o tree.texel -r 64 --want slices    slices only; no volume is made or stored\n"
+     "  texel bake rock.ply -o rock.texel --light sun:1,0,-1,3,3,3 --light ambient:1,1,1 --shadows\n"
+     "                                                           light baked into the slices\n"
+     "  texel bake --recipe tree.texel -o again.texel -r 256     a pack baked again, finer\n"
+     "  texel bake a.obj b.obj -o ab.texel --plan                what would be done, and the memory it takes\n"},
+    {kInfo, "info", "texel info PACK [--json]", "what is in a pack", "",
+     "  texel info tree.texel                                    a table\n"
+     "  texel info tree.texel --json                             the manifest, for scripts\n"},
+    {kCheck, "check", "texel check PACK [--json]", "is a pack whole and self-consistent",
+     "Files, sizes and hashes, grids and their values, and that levels agree. Exit status 7 if something was found.\n",
+     "  texel check tree.texel && echo whole\n"},
+    {kView, "view", "texel view PACK|INPUT -o IMAGE [options]", "a picture of a pack or of the true geometry",
+     "The same camera and lights give pictures that can be laid side by side.\n",
+     "  texel view tree.texel -o tree.png                        the volume by the reference renderer\n"
+     "  texel view tree.texel -o slices.png --mode slices        the slices laid over each other\n"
+     "  texel view tree.texel -o truth.png --truth               the meshes the pack was made from\n"
+     "  texel view tree.obj -o tree.exr --azimuth 30 --size 800x600\n"},
+}};
+
+constexpr const char* kStatus =
+    "Exit status: 0 good, 1 wrong command line or recipe, 2 a file can't be read or written, 3 bad input,\n"
+    "4 failed while running (memory, disk full, interrupted), 5 not supported, 7 check found something.\n";
+
+const CommandText& text_of(Command command) {
+  for (const CommandText& text : kCommands)
+    if (text.command == command) return text;
+  return kCommands.front();
+}
+
+std::string shown_default(const OptionRow& row) {
+  return row.shown_default ? row.shown_default : row.get(Settings{});
+}
+
+// "[default; range]", without what there is not.
+std::string brackets(const OptionRow& row) {
+  if (row.is_switch()) return {};
+  const std::string value = shown_default(row);
+  const std::string inside = value + (value.empty() || row.accepts.empty() ? "" : "; ") + row.accepts;
+  return inside.empty() ? "" : " [" + inside + "]";
+}
+
+std::string option_lines(Command command) {
+  std::string text, group;
+  for (const OptionRow& row : option_table()) {
+    if ((row.commands & command) == 0) continue;
+    if (group != row.group) {
+      group = row.group;
+      text += "\n" + group + "\n";
+    }
+    std::string left = std::string("  ") + (row.letter ? std::string("-") + row.letter + ", " : "") + row.flag();
+    if (!row.is_switch()) left += std::string(" ") + row.metavar;
+    constexpr std::size_t kColumn = 32;
+    left += left.size() < kColumn ? std::string(kColumn - left.size(), ' ') : "\n" + std::string(kColumn, ' ');
+    text += left + row.help + brackets(row) + "\n";
+  }
+  return text;
+}
+
+// Bars would end a cell of the table.
+std::string cell(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '|' ? "\\|" : std::string(1, c);
+  return out;
+}
+
+std::string option_rows(Command command) {
+  std::string text, group;
+  for (const OptionRow& row : option_table()) {
+    if ((row.commands & command) == 0) continue;
+    if (group != row.group) {
+      group = row.group;
+      text += "\n### " + group + "\n| option | default | accepted | recipe key | meaning |\n|---|---|---|---|---|\n";
+    }
+    const std::string letter = row.letter ? std::string("`-") + row.letter + "`, " : "";
+    text += "| " + letter + "`" + row.flag() + (row.is_switch() ? "" : " " + cell(row.metavar)) + "` | " +
+            (row.is_switch() ? "" : cell(shown_default(row))) + " | " + (row.is_switch() ? "" : cell(row.accepts)) + " | " +
+            (row.in_recipe ? "`" + row.key() + "`" : "") + " | " + cell(row.help) + (row.repeatable ? " (repeatable)" : "") + " |\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string version_text() { return std::string("texel ") + TEXEL_VERSION + "\n"; }
+
+std::string basics_text() {
+  return "texel bakes meshes into texels: prefiltered multiscale volumes and slices.\n"
+         "  texel bake tree.obj -o tree.texel          make a pack (-r N: voxels along the longest side)\n"
+         "  texel view tree.texel -o tree.png          look at it\n"
+         "  texel info tree.texel                      what is in it\n"
+         "  texel check tree.texel                     is it whole\n"
+         "More: texel --help, texel bake --help\n";
+}
+
+std::string program_help() {
+  std::string text = std::string("texel ") + TEXEL_VERSION +
+                     ": bakes meshes into texels, prefiltered multiscale volumes for OpenVDB renderers, and RGBA slices.\n\n"
+                     "Usage: texel COMMAND [options]\n\nCommands (texel COMMAND --help for its options)\n";
+  for (const CommandText& command : kCommands) {
+    std::string usage = std::string("  ") + command.usage;
+    text += usage + std::string(usage.size() < 46 ? 46 - usage.size() : 1, ' ') + command.does + "\n";
+  }
+  text += "  texel --version | --help\n\nExamples\n";
+  text += "  texel bake tree.obj -o tree.texel -r 128                 a pack of at most 128 voxels along a side\n"
+          "  texel info tree.texel                                    box, levels, grids, slices, issues\n"
+          "  texel view tree.texel -o tree.png                        a picture of the volume\n"
+          "  texel view tree.texel -o truth.png --truth               the meshes it was made from, same camera\n\n";
+  return text + kStatus;
+}
+
+std::string command_help(Command command) {
+  const CommandText& c = text_of(command);
+  std::string text = std::string("Usage: ") + c.usage + "\n\n" + c.does + ".\n" + c.more;
+  text += option_lines(command);
+  text += std::string("\nExamples\n") + c.examples + "\n";
+  if (command == kBake)
+    text += "Options with a recipe key in docs/cli.md can stand in a recipe: {\"resolution\": 64, \"want\": [\"slices\"]}\n";
+  return text + kStatus;
+}
+
+std::string cli_document() {
+  std::string text =
+      "# Command line\n\n"
+      "Made by `texel --dump-docs` from the option table in `cli/option_table.cpp`; a test compares them.\n\n"
+      "The product goes to files or stdout, talk to stderr. Errors are one line, `texel: error: FILE[:LINE]: what is wrong; what to do`.\n"
+      "Warnings have stable ids, `texel: warning: [mesh-open] ...`, and are printed once with their count.\n"
+      "`NO_COLOR` turns colour off. SIGINT and SIGTERM end a bake with status 4 and leave the old pack or none; a second one ends at once.\n\n";
+  text += std::string(kStatus) +
+          "\nA recipe (`--recipe`) is a JSON object of the keys below; `null` leaves an option as it is, lists may be arrays or text.\n"
+          "Every pack's manifest holds the recipe it was made by under `recipe`, so a pack, or its manifest, is a recipe too; without\n"
+          "INPUT its source meshes are baked. The command line beats the recipe.\n"
+          "\nWith `--depfile` a pack that is up to date gets a new time stamp, so that make and ninja see that it has been looked at.\n";
+  for (const CommandText& command : kCommands) {
+    text += std::string("\n## texel ") + command.name + "\n\n    " + command.usage + "\n\n" + command.does + ".\n" + command.more;
+    text += std::string("\n```\n") + command.examples + "```\n" + option_rows(command.command);
+  }
+  return text;
+}
+
+}  // namespace texel

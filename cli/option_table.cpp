@@ -1,0 +1,528 @@
+#include "cli/options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace texel {
+namespace {
+
+constexpr const char* kFiles = "Input and output";
+constexpr const char* kGridGroup = "Grid";
+constexpr const char* kVolume = "Volume";
+constexpr const char* kSlices = "Slices";
+constexpr const char* kLevels = "Levels";
+constexpr const char* kAccuracy = "Accuracy";
+constexpr const char* kRunning = "Running";
+constexpr const char* kCamera = "Camera";
+constexpr const char* kPicture = "Picture";
+
+constexpr unsigned kAll = kBake | kInfo | kCheck | kView;
+constexpr int kMostVoxels = 4096;
+
+std::string range_text(double low, double high) { return number_text(low) + ".." + number_text(high); }
+
+// --- builders: each completes a row's head with set and get for one kind of value -------------------------------------------
+
+template <class Ref>
+OptionRow toggle(OptionRow row, Ref ref) {
+  row.accepts = "true, false";
+  row.set = [ref](Settings& s, const std::string& text) {
+    if (text != "true" && text != "false") return false;
+    ref(s) = text == "true";
+    return true;
+  };
+  row.get = [ref](const Settings& s) { return std::string(ref(s) ? "true" : "false"); };
+  return row;
+}
+
+template <class Ref>
+OptionRow text(OptionRow row, Ref ref) {
+  row.set = [ref](Settings& s, const std::string& value) {
+    if (value.empty()) return false;
+    ref(s) = value;
+    return true;
+  };
+  row.get = [ref](const Settings& s) { return ref(s); };
+  return row;
+}
+
+bool read_integer(const std::string& value, int low, int high, int* out) {
+  int number = 0;
+  const char* end = value.data() + value.size();
+  const auto [stop, error] = std::from_chars(value.data(), end, number);
+  if (error != std::errc{} || stop != end || number < low || number > high) return false;
+  *out = number;
+  return true;
+}
+
+// `word` stands for the value `meaning` ("all" for −1); null: no such word.
+template <class Ref>
+OptionRow integer(OptionRow row, Ref ref, int low, int high, const char* word = nullptr, int meaning = 0) {
+  row.accepts = (word ? std::string(word) + ", " : "") + range_text(low, high);
+  row.set = [=](Settings& s, const std::string& value) {
+    if (word && value == word) {
+      ref(s) = meaning;
+      return true;
+    }
+    return read_integer(value, low, high, &ref(s));
+  };
+  row.get = [=](const Settings& s) { return word && ref(s) == meaning ? std::string(word) : std::to_string(ref(s)); };
+  return row;
+}
+
+struct Interval {
+  double low, high;
+  bool open_low = false;   // low itself is out
+  bool zero_is_none = false;  // 0 means "not given": get() is empty
+};
+
+template <class Ref>
+OptionRow number(OptionRow row, Ref ref, Interval interval) {
+  const bool unlimited = !(interval.high < 1e300);
+  const std::string low = number_text(interval.low);
+  row.accepts = unlimited ? (interval.open_low ? "> " : ">= ") + low
+                          : interval.open_low ? "> " + low + ", <= " + number_text(interval.high) : range_text(interval.low, interval.high);
+  row.set = [=](Settings& s, const std::string& value) {
+    double v = 0;
+    if (!read_number(value, &v)) return false;
+    if (v < interval.low || v > interval.high || (interval.open_low && v == interval.low)) return false;
+    ref(s) = v;
+    return true;
+  };
+  row.get = [=](const Settings& s) {
+    const double v = ref(s);
+    return interval.zero_is_none && v == 0 ? std::string() : number_text(v);
+  };
+  return row;
+}
+
+template <class Ref, class Enum>
+OptionRow choice(OptionRow row, Ref ref, std::vector<std::pair<const char*, Enum>> values) {
+  for (const auto& [word, value] : values) row.accepts += (row.accepts.empty() ? "" : ", ") + std::string(word);
+  row.set = [=](Settings& s, const std::string& given) {
+    for (const auto& [word, value] : values)
+      if (given == word) {
+        ref(s) = value;
+        return true;
+      }
+    return false;
+  };
+  row.get = [=](const Settings& s) {
+    for (const auto& [word, value] : values)
+      if (ref(s) == value) return std::string(word);
+    return std::string();
+  };
+  return row;
+}
+
+template <class Ref>
+OptionRow axes(OptionRow row, Ref ref) {
+  row.accepts = "x, y, z, any of them";
+  row.list = true;
+  row.set = [ref](Settings& s, const std::string& value) {
+    std::array<bool, 3> on{};
+    for (const std::string& axis : split(value, ',')) {
+      if (axis.size() != 1 || axis[0] < 'x' || axis[0] > 'z') return false;
+      on[static_cast<std::size_t>(axis[0] - 'x')] = true;
+    }
+    ref(s) = on;
+    return true;
+  };
+  row.get = [ref](const Settings& s) {
+    std::string value;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (ref(s)[i]) value += (value.empty() ? "" : ",") + std::string(1, static_cast<char>('x' + i));
+    return value;
+  };
+  return row;
+}
+
+// --- rows with a form of their own --------------------------------------------------------------------------------------------
+
+bool read_numbers(const std::string& value, std::size_t count, double* out) {
+  const std::vector<std::string> parts = split(value, ',');
+  if (parts.size() != count) return false;
+  for (std::size_t i = 0; i < count; ++i)
+    if (!read_number(parts[i], out + i)) return false;
+  return true;
+}
+
+OptionRow resolution(OptionRow row) {
+  row.accepts = range_text(1, kMostVoxels) + ", or three of them";
+  row.set = [](Settings& s, const std::string& value) {
+    const std::vector<std::string> parts = split(value, ',');
+    if (parts.size() != 1 && parts.size() != 3) return false;
+    V3i n(0, 0, 0);
+    for (unsigned i = 0; i < parts.size(); ++i)
+      if (!read_integer(parts[i], 1, kMostVoxels, &n[static_cast<int>(i)])) return false;
+    s.recipe.resolution = n;
+    s.recipe.voxel_size = 0;
+    return true;
+  };
+  row.get = [](const Settings& s) -> std::string {
+    if (s.recipe.voxel_size > 0) return {};
+    const V3i n = s.recipe.resolution;
+    std::string value = std::to_string(n.x);
+    if (n.y > 0) value += "," + std::to_string(n.y) + "," + std::to_string(n.z);
+    return value;
+  };
+  return row;
+}
+
+OptionRow box(OptionRow row) {
+  row.accepts = "six numbers, each lower one below its upper one";
+  row.set = [](Settings& s, const std::string& value) {
+    double v[6];
+    if (!read_numbers(value, 6, v)) return false;
+    if (!(v[0] < v[3] && v[1] < v[4] && v[2] < v[5])) return false;
+    s.recipe.box = Box3d(V3d(v[0], v[1], v[2]), V3d(v[3], v[4], v[5]));
+    return true;
+  };
+  row.get = [](const Settings& s) -> std::string {
+    if (!s.recipe.box) return {};
+    std::string value;
+    for (const V3d& corner : {s.recipe.box->min, s.recipe.box->max})
+      for (int i = 0; i < 3; ++i) value += (value.empty() ? "" : ",") + number_text(corner[i]);
+    return value;
+  };
+  return row;
+}
+
+using WantFlag = std::pair<const char*, bool Want::*>;
+constexpr WantFlag kWanted[] = {
+    {"slices", &Want::slices},         {"density", &Want::density},   {"color", &Want::color},   {"ndf", &Want::ndf},
+    {"visibility", &Want::visibility}, {"material", &Want::material}, {"normal", &Want::normal}, {"levels", &Want::levels},
+    {"preview", &Want::preview}};
+
+OptionRow want(OptionRow row) {
+  for (const auto& [word, member] : kWanted) row.accepts += std::string(word) + ", ";
+  row.accepts += "or all, renderer (all but slices)";
+  row.list = true;
+  row.set = [](Settings& s, const std::string& value) {
+    Want wanted;
+    for (const auto& [word, member] : kWanted) wanted.*member = false;
+    for (const std::string& item : split(value, ',')) {
+      bool known = item == "all" || item == "renderer";
+      for (const auto& [word, member] : kWanted) {
+        const bool is_slices = member == &Want::slices;
+        if (item == word || item == "all" || (item == "renderer" && !is_slices)) wanted.*member = known = true;
+      }
+      if (!known) return false;
+    }
+    s.recipe.want = wanted;
+    return true;
+  };
+  row.get = [](const Settings& s) {
+    std::string value;
+    for (const auto& [word, member] : kWanted)
+      if (s.recipe.want.*member) value += (value.empty() ? "" : ",") + std::string(word);
+    return value;
+  };
+  return row;
+}
+
+std::string light_text(const Light& light) {
+  std::string value = light.kind == Light::Kind::kAmbient ? "ambient:" : light.kind == Light::Kind::kSun ? "sun:" : "point:";
+  if (light.kind != Light::Kind::kAmbient)
+    for (int i = 0; i < 3; ++i) value += number_text(light.vector[i]) + ",";
+  // A float's shortest text, not that of the double it widens to.
+  for (int i = 0; i < 3; ++i) {
+    char buffer[32];
+    const auto end = std::to_chars(buffer, buffer + sizeof buffer, light.color[i]).ptr;
+    value.append(buffer, end);
+    if (i < 2) value += ",";
+  }
+  return value;
+}
+
+OptionRow light(OptionRow row) {
+  row.repeatable = true;
+  row.accepts = "none, ambient:R,G,B, sun:DX,DY,DZ,R,G,B (direction of travel), point:X,Y,Z,R,G,B";
+  row.set = [](Settings& s, const std::string& value) {
+    if (value == "none") {
+      s.recipe.lights.clear();
+      return true;
+    }
+    const std::size_t colon = value.find(':');
+    if (colon == std::string::npos) return false;
+    const std::string kind = value.substr(0, colon), rest = value.substr(colon + 1);
+    Light light;
+    double v[6] = {};
+    const double* color = v + 3;
+    if (kind == "ambient") {
+      color = v;
+      if (!read_numbers(rest, 3, v)) return false;
+    } else if (kind == "sun" || kind == "point") {
+      light.kind = kind == "sun" ? Light::Kind::kSun : Light::Kind::kPoint;
+      if (!read_numbers(rest, 6, v)) return false;
+      light.vector = V3d(v[0], v[1], v[2]);
+      if (kind == "sun" && light.vector.length() == 0) return false;
+    } else {
+      return false;
+    }
+    for (int i = 0; i < 3; ++i) {
+      if (color[i] < 0 || color[i] > 1e6) return false;
+      light.color[i] = static_cast<float>(color[i]);
+    }
+    s.recipe.lights.push_back(light);
+    return true;
+  };
+  row.get = [](const Settings& s) {
+    std::string value;
+    for (const Light& light : s.recipe.lights) value += (value.empty() ? "" : " ") + light_text(light);
+    return value;
+  };
+  return row;
+}
+
+OptionRow memory(OptionRow row) {
+  row.accepts = "bytes, or a number with K, M, G or T";
+  row.set = [](Settings& s, const std::string& value) {
+    if (value.empty()) return false;
+    double unit = 1;
+    std::string digits = value;
+    const std::size_t at = std::string("KMGT").find(value.back());
+    if (at != std::string::npos) {
+      unit = std::pow(1024.0, static_cast<double>(at + 1));
+      digits.pop_back();
+    }
+    double v = 0;
+    if (!read_number(digits, &v) || v < 0 || v * unit > 9e18) return false;
+    s.recipe.memory = static_cast<std::int64_t>(v * unit);
+    return true;
+  };
+  row.get = [](const Settings& s) { return s.recipe.memory > 0 ? std::to_string(s.recipe.memory) : std::string(); };
+  return row;
+}
+
+OptionRow picture_size(OptionRow row) {
+  row.accepts = "1x1..8192x8192";
+  row.set = [](Settings& s, const std::string& value) {
+    const std::vector<std::string> parts = split(value, 'x');
+    if (parts.size() != 2) return false;
+    int w = 0, h = 0;
+    if (!read_integer(parts[0], 1, 8192, &w) || !read_integer(parts[1], 1, 8192, &h)) return false;
+    s.view.width = w;
+    s.view.height = h;
+    return true;
+  };
+  row.get = [](const Settings& s) { return std::to_string(s.view.width) + "x" + std::to_string(s.view.height); };
+  return row;
+}
+
+OptionRow background(OptionRow row) {
+  row.accepts = "three linear values 0..1";
+  row.set = [](Settings& s, const std::string& value) {
+    double v[3];
+    if (!read_numbers(value, 3, v)) return false;
+    for (int i = 0; i < 3; ++i) {
+      if (v[i] < 0 || v[i] > 1) return false;
+      s.view.background[i] = static_cast<float>(v[i]);
+    }
+    return true;
+  };
+  row.get = [](const Settings& s) -> std::string {
+    const V3f b = s.view.background;
+    return b.x < 0 ? std::string() : number_text(b.x) + "," + number_text(b.y) + "," + number_text(b.z);
+  };
+  return row;
+}
+
+}  // namespace
+
+std::string OptionRow::key() const {
+  std::string k = name;
+  std::replace(k.begin(), k.end(), '-', '_');
+  return k;
+}
+
+std::string number_text(double value) {
+  char buffer[32];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+bool read_number(const std::string& text, double* value) {
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  if (begin != end && *begin == '+') ++begin;
+  const auto [stop, error] = std::from_chars(begin, end, *value);
+  return error == std::errc{} && stop == end && std::isfinite(*value);
+}
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == at) parts.emplace_back();
+    else parts.back() += c;
+  }
+  return parts;
+}
+
+std::vector<OptionRow> option_table() {
+  const double far = std::numeric_limits<double>::max();
+  const std::vector<std::pair<const char*, Progress>> progress = {
+      {"auto", Progress::kAuto}, {"always", Progress::kAlways}, {"never", Progress::kNever}};
+  return {
+      // Input and output
+      text({.name = "output", .letter = 'o', .metavar = "PATH", .group = kFiles, .commands = kBake | kView,
+            .help = "where the product goes: the pack's folder (NAME.texel) or the picture (.png, .exr)"},
+           [](auto& s) -> auto& { return s.output; }),
+      text({.name = "recipe", .metavar = "FILE", .group = kFiles, .commands = kBake,
+            .help = "options from a JSON file, or from a pack or its manifest to rebake it; the command line beats it"},
+           [](auto& s) -> auto& { return s.recipe_file; }),
+      text({.name = "depfile", .metavar = "FILE", .group = kFiles, .commands = kBake,
+            .help = "write a make-style list of everything read"},
+           [](auto& s) -> auto& { return s.depfile; }),
+      text({.name = "report", .metavar = "FILE", .group = kFiles, .commands = kBake,
+            .help = "write JSON: counts, times per stage, peak memory, skipped and why, issues, errors"},
+           [](auto& s) -> auto& { return s.report_file; }),
+      toggle({.name = "force", .group = kFiles, .commands = kBake, .help = "bake though the pack is up to date"},
+             [](auto& s) -> auto& { return s.force; }),
+      toggle({.name = "plan", .group = kFiles, .commands = kBake, .help = "say what would be done, and stop"},
+             [](auto& s) -> auto& { return s.plan; }),
+      toggle({.name = "json", .group = kFiles, .commands = kInfo | kCheck, .help = "print JSON"},
+             [](auto& s) -> auto& { return s.json; }),
+
+      // Grid
+      resolution({.name = "resolution", .letter = 'r', .metavar = "N|NX,NY,NZ", .group = kGridGroup, .commands = kBake,
+                  .help = "voxels along the longest side, or along x, y and z", .in_recipe = true}),
+      number({.name = "voxel-size", .metavar = "S", .group = kGridGroup, .commands = kBake,
+              .help = "voxel edge in world units, instead of a resolution", .in_recipe = true, .shown_default = "from the resolution"},
+             [](auto& s) -> auto& { return s.recipe.voxel_size; }, {0, far, true, true}),
+      box({.name = "box", .metavar = "X0,Y0,Z0,X1,Y1,Z1", .group = kGridGroup, .commands = kBake, .help = "region to bake, world units",
+           .in_recipe = true, .shown_default = "the scene's bounds and --margin"}),
+      integer({.name = "margin", .metavar = "N", .group = kGridGroup, .commands = kBake, .help = "voxels around the scene's bounds",
+               .in_recipe = true},
+              [](auto& s) -> auto& { return s.recipe.margin; }, 0, 64),
+      axes({.name = "cyclic", .metavar = "AXES", .group = kGridGroup, .commands = kBake, .help = "axes along which everything wraps",
+            .in_recipe = true, .shown_default = "none"},
+           [](auto& s) -> auto& { return s.recipe.cyclic; }),
+
+      // Volume
+      want({.name = "want", .metavar = "LIST", .group = kVolume, .commands = kBake,
+            .help = "what the pack shall hold; what is not wanted costs nothing", .in_recipe = true, .shown_default = "renderer,slices"}),
+      choice({.name = "fill", .metavar = "WHEN", .group = kVolume, .commands = kBake,
+              .help = "fill the inside: of closed components; on: an error where none is closed", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.fill; },
+             std::vector<std::pair<const char*, Fill>>{{"auto", Fill::kAuto}, {"on", Fill::kOn}, {"off", Fill::kOff}}),
+      choice({.name = "ndf", .metavar = "KIND", .group = kVolume, .commands = kBake, .help = "what stands for the normals of a voxel",
+              .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.ndf; },
+             std::vector<std::pair<const char*, NdfKind>>{{"sggx", NdfKind::kSggx}, {"neyret", NdfKind::kNeyret}, {"ratib", NdfKind::kRatib}}),
+      choice({.name = "normals", .metavar = "WHICH", .group = kVolume, .commands = kBake,
+              .help = "whose normals count: of all surface or of what can be seen from outside", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.normals; },
+             std::vector<std::pair<const char*, Normals>>{{"all", Normals::kAll}, {"visible", Normals::kVisible}}),
+      choice({.name = "two-sided", .metavar = "WHEN", .group = kVolume, .commands = kBake,
+              .help = "surface lit from both sides; auto: materials with cut-outs", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.two_sided; },
+             std::vector<std::pair<const char*, Sidedness>>{
+                 {"auto", Sidedness::kAuto}, {"always", Sidedness::kAlways}, {"never", Sidedness::kNever}}),
+      number({.name = "max-depth", .metavar = "D", .group = kVolume, .commands = kBake, .help = "cap of a voxel's optical depth; 9.21 is opacity 0.9999",
+              .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.max_depth; }, {0, 1000, true}),
+
+      // Slices
+      axes({.name = "slices", .metavar = "AXES", .group = kSlices, .commands = kBake, .help = "axes along which to slice", .in_recipe = true},
+           [](auto& s) -> auto& { return s.recipe.slice_axes; }),
+      [] {
+        OptionRow row = integer({.name = "slice-count", .metavar = "N|auto", .group = kSlices, .commands = kBake,
+                                 .help = "slices per axis; auto: as few as show no gap (--max-angle, --see-in)", .in_recipe = true,
+                                 .shown_default = "the voxel count"},
+                                [](auto& s) -> auto& { return s.recipe.slice_count; }, 1, kMostVoxels, "auto", -1);
+        row.get = [](const Settings& s) -> std::string {
+          const int n = s.recipe.slice_count;
+          return n == 0 ? "" : n < 0 ? "auto" : std::to_string(n);
+        };
+        return row;
+      }(),
+      number({.name = "max-angle", .metavar = "DEG", .group = kSlices, .commands = kBake,
+              .help = "for --slice-count auto: largest angle between sight and axis, degrees", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.max_angle; }, {1, 89}),
+      number({.name = "see-in", .metavar = "D", .group = kSlices, .commands = kBake,
+              .help = "for --slice-count auto: share of the width one can look into the object", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.see_in; }, {0, 0.5, true}),
+      choice({.name = "slice-format", .metavar = "FORMAT", .group = kSlices, .commands = kBake,
+              .help = "png: 8 bit, sRGB, straight alpha; exr: half, linear, premultiplied", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.write.slice_format; },
+             std::vector<std::pair<const char*, SliceFormat>>{{"png", SliceFormat::kPng}, {"exr", SliceFormat::kExr}}),
+      integer({.name = "slice-levels", .metavar = "N", .group = kSlices, .commands = kBake, .help = "coarser stacks beside the full one",
+               .in_recipe = true},
+              [](auto& s) -> auto& { return s.recipe.slice_levels; }, 0, 12),
+      light({.name = "light", .metavar = "SPEC", .group = kSlices, .commands = kBake | kView,
+             .help = "light to bake into the slices' colour, or to view with; may be repeated", .in_recipe = true, .shown_default = "none"}),
+      toggle({.name = "shadows", .group = kSlices, .commands = kBake, .help = "lights cast shadows", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.shadows; }),
+
+      // Levels
+      integer({.name = "levels", .metavar = "all|N", .group = kLevels, .commands = kBake, .help = "octree levels in all; all: down to one voxel",
+               .in_recipe = true},
+              [](auto& s) -> auto& { return s.recipe.levels; }, 1, 13, "all", -1),
+      choice({.name = "level-mode", .metavar = "MODE", .group = kLevels, .commands = kBake,
+              .help = "opacity of coarser levels: from the geometry again, or from the finer level; the rest is always filtered",
+              .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.level_mode; },
+             std::vector<std::pair<const char*, LevelMode>>{{"recompute", LevelMode::kRecompute}, {"filter", LevelMode::kFilter}}),
+      number({.name = "prune", .metavar = "TOL", .group = kLevels, .commands = kBake, .help = "leave out detail that changes less than this",
+              .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.prune; }, {0, 1}),
+
+      // Accuracy
+      integer({.name = "samples", .metavar = "S", .group = kAccuracy, .commands = kBake,
+               .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column", .in_recipe = true},
+              [](auto& s) -> auto& { return s.recipe.samples; }, 1, 64),
+      number({.name = "max-error", .metavar = "E", .group = kAccuracy, .commands = kBake,
+              .help = "choose the samples for this error of alpha, and report what was reached", .in_recipe = true, .shown_default = "none"},
+             [](auto& s) -> auto& { return s.recipe.max_error; }, {0, 1, true, true}),
+      choice({.name = "pattern", .metavar = "KIND", .group = kAccuracy, .commands = kBake,
+              .help = "places of the sub-rays: rank-1 lattice or square grid", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.pattern; },
+             std::vector<std::pair<const char*, Pattern>>{{"lattice", Pattern::kLattice}, {"grid", Pattern::kGrid}}),
+      toggle({.name = "full-float", .group = kAccuracy, .commands = kBake, .help = "store grids as 32-bit floats rather than halves",
+              .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.write.full_float; }),
+
+      // View
+      number({.name = "azimuth", .metavar = "DEG", .group = kCamera, .commands = kView, .help = "camera about +Z; 0: from +X, -90: from -Y"},
+             [](auto& s) -> auto& { return s.view.azimuth; }, {-360, 360}),
+      number({.name = "elevation", .metavar = "DEG", .group = kCamera, .commands = kView, .help = "camera above the horizon"},
+             [](auto& s) -> auto& { return s.view.elevation; }, {-90, 90}),
+      number({.name = "fov", .metavar = "DEG", .group = kCamera, .commands = kView, .help = "vertical field of view"},
+             [](auto& s) -> auto& { return s.view.fov; }, {1, 120}),
+      picture_size({.name = "size", .metavar = "WxH", .group = kPicture, .commands = kView, .help = "pixels"}),
+      choice({.name = "mode", .metavar = "MODE", .group = kPicture, .commands = kView,
+              .help = "reference renderer, slices laid over each other, or the true geometry", .shown_default = "volume; truth for a mesh"},
+             [](auto& s) -> auto& { return s.view.mode; },
+             std::vector<std::pair<const char*, std::string>>{{"volume", "volume"}, {"slices", "slices"}, {"truth", "truth"}}),
+      toggle({.name = "truth", .group = kPicture, .commands = kView, .help = "the same as --mode truth; of a pack: its source meshes"},
+             [](auto& s) -> auto& { return s.view.truth; }),
+      integer({.name = "samples", .metavar = "S", .group = kPicture, .commands = kView, .help = "rays per pixel"},
+              [](auto& s) -> auto& { return s.view.samples; }, 1, 1024),
+      integer({.name = "level", .metavar = "N|auto", .group = kPicture, .commands = kView, .help = "this level only; auto: as the pixel's size asks"},
+              [](auto& s) -> auto& { return s.view.level; }, 0, 12, "auto", -1),
+      choice({.name = "axis", .metavar = "AXIS", .group = kPicture, .commands = kView, .help = "slices of this axis; auto: by the camera"},
+             [](auto& s) -> auto& { return s.view.axis; },
+             std::vector<std::pair<const char*, int>>{{"auto", -1}, {"x", 0}, {"y", 1}, {"z", 2}}),
+      toggle({.name = "no-shadows", .group = kPicture, .commands = kView, .help = "lights cast no shadows"},
+             [](auto& s) -> auto& { return s.view.no_shadows; }),
+      background({.name = "background", .metavar = "R,G,B", .group = kPicture, .commands = kView, .help = "plain background",
+                  .shown_default = "none: the picture has alpha"}),
+
+      // Running
+      integer({.name = "threads", .metavar = "N", .group = kRunning, .commands = kBake | kView,
+               .help = "the product has the same bytes for every N"},
+              [](auto& s) -> auto& { return s.recipe.threads; }, 1, 1024, "all", 0),
+      memory({.name = "memory", .metavar = "SIZE", .group = kRunning, .commands = kBake, .help = "cap of the memory used", .shown_default = "none"}),
+      choice({.name = "progress", .metavar = "WHEN", .group = kRunning, .commands = kBake | kView,
+              .help = "a bar on stderr; auto: on a terminal, after two seconds"},
+             [](auto& s) -> auto& { return s.progress; }, progress),
+      toggle({.name = "verbose", .letter = 'v', .group = kRunning, .commands = kBake | kView, .help = "times and counts of each stage"},
+             [](auto& s) -> auto& { return s.verbose; }),
+      toggle({.name = "help", .letter = 'h', .group = kRunning, .commands = kAll, .help = "this text"},
+             [](auto& s) -> auto& { return s.help; }),
+  };
+}
+
+}  // namespace texel

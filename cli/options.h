@@ -1,0 +1,76 @@
+#pragma once
+// The one table of options: the parser, --help, recipe files, the recipe in a pack's manifest and docs/cli.md all come from it.
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "bake/recipe.h"
+#include "bake/view.h"
+
+namespace texel {
+
+enum class Progress { kAuto, kAlways, kNever };
+
+// What `texel view` is asked for beyond the lights, which it shares with the recipe.
+struct ViewSettings {
+  std::string mode;                    // "volume", "slices", "truth"; empty: volume for a pack, truth for a mesh
+  bool truth = false;
+  double azimuth = -60, elevation = 20, fov = 30;  // degrees
+  int width = 512, height = 512;
+  int samples = 4;
+  int level = -1, axis = -1;
+  bool no_shadows = false;
+  V3f background{-1, -1, -1};          // linear RGB; negative: none, the picture keeps its alpha
+};
+
+// Everything a command line or a recipe file can say.
+struct Settings {
+  std::vector<std::string> inputs;
+  std::string output, recipe_file, depfile, report_file;
+  bool force = false, plan = false, verbose = false, json = false, help = false;
+  Progress progress = Progress::kAuto;
+  Recipe recipe;
+  ViewSettings view;
+};
+
+// The commands, as bits, so that a row can belong to several.
+enum Command : unsigned { kBake = 1, kInfo = 2, kCheck = 4, kView = 8 };
+
+struct OptionRow {
+  const char* name = "";               // long name without dashes; with '_' for '-' it is the recipe's key
+  char letter = 0;                     // short name, or 0
+  const char* metavar = "";            // empty: a switch
+  const char* group = "";
+  unsigned commands = 0;               // Command bits
+  const char* help = "";               // one line, without default and range
+  bool in_recipe = false;              // it influences the pack's bytes
+  bool repeatable = false;
+  bool list = false;                   // always an array in JSON
+  const char* shown_default = nullptr; // where get() of the default would not read well
+  std::string accepts{};               // range or list of values, as shown in help and errors
+  // Takes one value as text; false: not acceptable. For a switch "true" or "false".
+  std::function<bool(Settings&, const std::string&)> set{};
+  // The value as `set` would take it; empty: none. Of a repeatable option: the values, separated by blanks.
+  std::function<std::string(const Settings&)> get{};
+
+  [[nodiscard]] bool is_switch() const { return metavar[0] == 0; }
+  [[nodiscard]] std::string key() const;
+  [[nodiscard]] std::string flag() const { return std::string("--") + name; }
+};
+
+// All rows, in the order of help and documentation.
+[[nodiscard]] std::vector<OptionRow> option_table();
+
+// Reads `arguments` (without program and command) over `settings`. `given` receives the names of the options that were there.
+// With --help among them nothing else is checked. A recipe file named there is read first (recipe_file.h), so that the command
+// line beats it. Throws Error{kCommandLine}; naming both where two options clash.
+[[nodiscard]] Settings parse_options(Command command, const std::vector<std::string>& arguments, std::set<std::string>* given = nullptr);
+
+// The number's shortest text that reads back as the same double.
+[[nodiscard]] std::string number_text(double value);
+// All of `text` as a finite number; false where it is none.
+[[nodiscard]] bool read_number(const std::string& text, double* value);
+[[nodiscard]] std::vector<std::string> split(const std::string& text, char at);
+
+}  // namespace texel

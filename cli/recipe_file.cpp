@@ -1,0 +1,150 @@
+#include "cli/recipe_file.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "formats/error.h"
+
+namespace texel {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::uintmax_t kMostBytes = 64u << 20;  // a recipe is a page, a manifest of 13 levels a few; more is some other file
+
+std::string read_text(const fs::path& path) {
+  std::error_code ec;
+  if (fs::is_regular_file(path, ec) && fs::file_size(path, ec) > kMostBytes)
+    throw Error(Code::kCommandLine, path.string(), "is too large for a recipe");
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  if (file) text << file.rdbuf();
+  if (!file || file.bad()) throw Error(Code::kFile, path.string(), "cannot be read", "check the name and its permissions");
+  return std::move(text).str();
+}
+
+int line_of(const std::string& text, std::size_t byte) {
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(std::min(byte, text.size())), '\n'));
+}
+
+Json parse(const fs::path& path) {
+  const std::string text = read_text(path);
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    throw Error(Code::kCommandLine, path.string() + ":" + std::to_string(line_of(text, error.byte)), "is not JSON",
+                "a recipe is an object of options, e.g. {\"resolution\": 64}");
+  }
+}
+
+// The value as it would stand on the command line; false where nothing like it can.
+bool value_text(const Json& value, std::string* text) {
+  if (value.is_string()) *text = value.get<std::string>();
+  else if (value.is_boolean()) *text = value.get<bool>() ? "true" : "false";
+  else if (value.is_number()) *text = value.dump();
+  else return false;
+  return true;
+}
+
+bool apply(const OptionRow& row, const Json& value, Settings& settings) {
+  std::string text;
+  if (!value.is_array()) return value_text(value, &text) && row.set(settings, text);
+  if (row.repeatable) {
+    for (const Json& item : value)
+      if (!value_text(item, &text) || !row.set(settings, text)) return false;
+    return true;
+  }
+  std::string joined;
+  for (const Json& item : value) {
+    if (!value_text(item, &text)) return false;
+    joined += (joined.empty() ? "" : ",") + text;
+  }
+  // An empty list is "none of them", which the command line has no word for.
+  return value.empty() ? row.list && row.get(Settings{}).empty() : row.set(settings, joined);
+}
+
+void apply_recipe(const Json& recipe, const std::string& where, Settings& settings) {
+  if (!recipe.is_object())
+    throw Error(Code::kCommandLine, where, "holds no recipe", "a recipe is an object of options, e.g. {\"resolution\": 64}");
+  std::vector<OptionRow> rows = option_table();
+  std::erase_if(rows, [](const OptionRow& row) { return !row.in_recipe; });
+  for (const auto& [key, value] : recipe.items()) {
+    const auto row = std::find_if(rows.begin(), rows.end(), [&, &k = key](const OptionRow& r) { return r.key() == k; });
+    if (row == rows.end()) {
+      std::string known;
+      for (const OptionRow& r : rows) known += (known.empty() ? "" : ", ") + r.key();
+      throw Error(Code::kCommandLine, where, "unknown key \"" + key + "\"", "known: " + known);
+    }
+    if (value.is_null()) continue;
+    if (!apply(*row, value, settings))
+      throw Error(Code::kCommandLine, where, "bad value " + value.dump(-1, ' ', false, Json::error_handler_t::replace) + " of \"" + key + "\"",
+                  "accepted: " + row->accepts);
+  }
+  const auto given = [&](const char* key) { return recipe.contains(key) && !recipe.at(key).is_null(); };
+  if (given("resolution") && given("voxel_size"))
+    throw Error(Code::kCommandLine, where, "\"resolution\" and \"voxel_size\" cannot be combined", "give one of them");
+}
+
+bool is_mesh(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return extension == ".obj" || extension == ".ply" || extension == ".stl" || extension == ".off";
+}
+
+// Numbers stay numbers, words become strings, nothing is null.
+Json scalar(const std::string& text) {
+  if (text.empty()) return nullptr;
+  double number = 0;
+  if (!read_number(text, &number)) return text;
+  return Json::parse(text);
+}
+
+Json list(const std::string& text, char at) {
+  Json items = Json::array();
+  if (!text.empty())
+    for (const std::string& item : split(text, at)) items.push_back(scalar(item));
+  return items;
+}
+
+}  // namespace
+
+std::vector<std::string> manifest_meshes(const std::string& manifest_path) {
+  const Json manifest = parse(manifest_path);
+  std::vector<std::string> meshes;
+  const auto sources = manifest.find("source");
+  if (sources == manifest.end() || !sources->is_array()) return meshes;
+  for (const Json& source : *sources) {
+    if (!source.is_object() || !source.contains("path") || !source.at("path").is_string()) continue;
+    const fs::path path = source.at("path").get<std::string>();
+    if (is_mesh(path.string())) meshes.push_back((fs::path(manifest_path).parent_path() / path).lexically_normal().string());
+  }
+  return meshes;
+}
+
+void read_recipe_file(const std::string& path, Settings& settings) {
+  std::error_code ec;
+  const std::string file = fs::is_directory(path, ec) ? (fs::path(path) / "manifest.json").string() : path;
+  const Json json = parse(file);
+  const bool manifest = json.is_object() && json.contains("format") && json.at("format") == "texel-pack";
+  apply_recipe(manifest && json.contains("recipe") ? json.at("recipe") : json, file, settings);
+  if (manifest && settings.inputs.empty()) settings.inputs = manifest_meshes(file);
+}
+
+std::string recipe_json(const Settings& settings) {
+  Json recipe = Json::object();
+  for (const OptionRow& row : option_table()) {
+    if (!row.in_recipe) continue;
+    const std::string value = row.get(settings);
+    if (row.is_switch()) recipe[row.key()] = value == "true";
+    else if (row.repeatable) recipe[row.key()] = list(value, ' ');
+    else if (row.list || value.find(',') != std::string::npos) recipe[row.key()] = list(value, ',');
+    else recipe[row.key()] = scalar(value);
+  }
+  return recipe.dump();
+}
+
+}  // namespace texel
