@@ -1,1 +1,171 @@
+#include "formats/image.h"
 
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csetjmp>
+#include <cstdio>
+#include <filesystem>
+
+#include "formats/error.h"
+#include "formats/image_module.h"
+#include "formats/module.h"
+
+namespace texel {
+namespace {
+
+const ImageModule& image_module() {
+  const auto& module = *static_cast<const ImageModule*>(module_symbol("texel_image", "texel_image_module"));
+  if (module.version != kImageModuleVersion)
+    throw Error(Code::kUnsupported, "texel_image.so", "is of another version (" + std::to_string(module.version) + ")", "reinstall texel");
+  return module;
+}
+
+// Decodes the colour channels; 8- and 16-bit values have few enough different ones for a table.
+void decode_srgb(Image& image, int integer_bits) {
+  std::vector<float> table(std::size_t{1} << integer_bits);
+  const float most = static_cast<float>(table.size() - 1);
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = srgb_to_linear(static_cast<float>(i) / most);
+  const auto channels = static_cast<std::size_t>(image.channels);
+  const std::size_t colors = image.has_alpha() ? channels - 1 : channels;
+  for (std::size_t i = 0; i < image.pixels.size(); i += channels)
+    for (std::size_t c = 0; c < colors; ++c) {
+      float& value = image.pixels[i + c];
+      // A picture with multiplied alpha has left the stored steps when it arrives here.
+      const float scaled = value * most;
+      const float step = std::round(scaled);
+      const bool stored = std::abs(scaled - step) < 1e-3f && step >= 0 && step <= most;
+      value = stored ? table[static_cast<std::size_t>(step)] : srgb_to_linear(value);
+    }
+}
+
+void check_shape(const Image& image, const std::string& path) {
+  const bool shaped = image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4;
+  const auto values = static_cast<std::size_t>(std::max(image.width, 0)) * static_cast<std::size_t>(std::max(image.height, 0)) *
+                      static_cast<std::size_t>(std::max(image.channels, 0));
+  if (!shaped || image.pixels.size() != values) throw Error(Code::kFile, path, "an empty picture can't be written");
+}
+
+struct File {
+  explicit File(const std::string& path) : handle(std::fopen(path.c_str(), "wb")) {}
+  ~File() {
+    if (handle) std::fclose(handle);
+  }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  bool close() {
+    std::FILE* last = handle;
+    handle = nullptr;
+    return std::fclose(last) == 0;
+  }
+  std::FILE* handle;
+};
+
+// libpng reports errors by a jump: nothing with a destructor may be made in here.
+bool write_rows(std::FILE* file, const Image& image, png_bytepp rows) {
+  static constexpr int kTypes[4] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  if (!png) return false;
+  png_infop info = png_create_info_struct(png);
+  if (!info || setjmp(png_jmpbuf(png))) {
+    png_destroy_write_struct(&png, &info);
+    return false;
+  }
+  png_init_io(png, file);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8, kTypes[image.channels - 1],
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_set_compression_level(png, 1);
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+  png_write_info(png, info);
+  png_write_image(png, rows);
+  png_write_end(png, nullptr);
+  png_destroy_write_struct(&png, &info);
+  return true;
+}
+
+// The linear value half-way between the encoded steps k and k+1, for each k: 8-bit encoding by comparison, exact and without pow.
+class ByteEncoder {
+ public:
+  ByteEncoder() {
+    for (std::size_t k = 0; k < 255; ++k) bounds_[k] = srgb_to_linear((static_cast<float>(k) + 0.5f) / 255.0f);
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < kCells; ++i) {
+      while (k < 255 && bounds_[k] <= static_cast<float>(i) / kCells) ++k;
+      start_[i] = static_cast<std::uint8_t>(k);
+    }
+  }
+  [[nodiscard]] std::uint8_t color(float linear) const {
+    if (!(linear > 0)) return 0;  // also NaN
+    if (linear >= 1) return 255;
+    std::size_t k = start_[static_cast<std::size_t>(linear * kCells)];
+    while (k < 255 && bounds_[k] <= linear) ++k;
+    return static_cast<std::uint8_t>(k);
+  }
+  [[nodiscard]] static std::uint8_t alpha(float value) {
+    return static_cast<std::uint8_t>(value > 0 ? std::min(value, 1.0f) * 255.0f + 0.5f : 0.0f);
+  }
+
+ private:
+  static constexpr std::size_t kCells = 1024;
+  std::uint8_t start_[kCells]{};
+  float bounds_[255]{};
+};
+
+}  // namespace
+
+float srgb_to_linear(float encoded) {
+  const double v = encoded;
+  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+}
+
+float linear_to_srgb(float linear) {
+  if (!(linear > 0)) return 0;
+  const double v = std::min(linear, 1.0f);
+  return static_cast<float>(v <= 0.0031308 ? v * 12.92 : 1.055 * std::pow(v, 1 / 2.4) - 0.055);
+}
+
+Image read_image(const std::string& path, bool raw) {
+  std::error_code ec;
+  if (!std::filesystem::is_regular_file(path, ec)) throw Error(Code::kFile, path, "picture not found");
+  Image image;
+  int integer_bits = 0;
+  std::string message;
+  if (!image_module().read(path.c_str(), image, integer_bits, message)) throw Error(Code::kFile, path, message, "save the picture again as PNG");
+  for (float& value : image.pixels)
+    if (!std::isfinite(value)) value = 0;  // float pictures only; sums over a texture must stay finite
+  if (!raw && integer_bits > 0) decode_srgb(image, integer_bits);
+  return image;
+}
+
+void write_png(const Image& image, const std::string& path) {
+  check_shape(image, path);
+  const ByteEncoder encoder;
+  const auto channels = static_cast<std::size_t>(image.channels);
+  const std::size_t colors = image.has_alpha() ? channels - 1 : channels;
+  const std::size_t row = static_cast<std::size_t>(image.width) * channels;
+  std::vector<std::uint8_t> bytes(image.pixels.size());
+  for (std::size_t i = 0; i < bytes.size(); i += channels) {
+    for (std::size_t c = 0; c < colors; ++c) bytes[i + c] = encoder.color(image.pixels[i + c]);
+    if (colors < channels) bytes[i + colors] = ByteEncoder::alpha(image.pixels[i + colors]);
+  }
+  std::vector<png_bytep> rows;
+  for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y) rows.push_back(bytes.data() + y * row);
+  File file(path);
+  if (!file.handle) throw Error(Code::kFile, path, "cannot be written", "check that the folder is there and may be written to");
+  if (!write_rows(file.handle, image, rows.data()) || !file.close()) throw Error(Code::kFile, path, "cannot be written", "check the space left");
+}
+
+void write_exr(const Image& image, const std::string& path) {
+  check_shape(image, path);
+  Image stored = image;
+  const auto channels = static_cast<std::size_t>(image.channels);
+  if (image.has_alpha())
+    for (std::size_t i = 0; i < stored.pixels.size(); i += channels)
+      for (std::size_t c = 0; c + 1 < channels; ++c) stored.pixels[i + c] *= stored.pixels[i + channels - 1];
+  std::string message;
+  if (!image_module().write_exr(path.c_str(), stored, message)) throw Error(Code::kFile, path, message);
+}
+
+}  // namespace texel

@@ -1,1 +1,101 @@
+// texel_image.so: everything that needs OpenImageIO. It links nothing else of ours.
+#include "formats/image_module.h"
 
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+namespace texel {
+namespace {
+
+// 4 GiB of floats: no texture is larger, and a damaged header must not ask for more.
+constexpr std::int64_t kMostValues = std::int64_t{1} << 30;
+
+int integer_bits_of(const OIIO::TypeDesc& type) {
+  if (type.basetype == OIIO::TypeDesc::UINT8) return 8;
+  if (type.basetype == OIIO::TypeDesc::UINT16) return 16;
+  return 0;
+}
+
+// OpenImageIO leaves alpha as the file has it once asked to; formats with associated alpha (EXR) have colour multiplied by it.
+void make_straight(Image& image) {
+  const auto channels = static_cast<std::size_t>(image.channels);
+  for (std::size_t i = 0; i < image.pixels.size(); i += channels) {
+    const float alpha = image.pixels[i + channels - 1];
+    if (!(alpha > 0)) continue;  // nothing to divide by: the colour stays as stored
+    for (std::size_t c = 0; c + 1 < channels; ++c) image.pixels[i + c] /= alpha;
+  }
+}
+
+bool read_open(OIIO::ImageInput& file, Image& image, int& integer_bits, std::string& message) {
+  const OIIO::ImageSpec& spec = file.spec();
+  const std::int64_t values = std::int64_t{spec.width} * spec.height * spec.nchannels;
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.width > 1 << 20 || spec.height > 1 << 20 || spec.nchannels > 1024 ||
+      values > kMostValues || spec.depth > 1 || spec.deep) {
+    message = "is not a flat picture of a usable size (" + std::to_string(spec.width) + " x " + std::to_string(spec.height) + ", " +
+              std::to_string(spec.nchannels) + " channels)";
+    return false;
+  }
+  // Two channels are grey and alpha only if the file says so; further channels (depth, normals) are no colour.
+  int channels = std::min(spec.nchannels, 4);
+  if (channels == 2 && spec.alpha_channel != 1) channels = 1;
+  if (channels == 4 && spec.alpha_channel != 3) channels = 3;
+  image.width = spec.width;
+  image.height = spec.height;
+  image.channels = channels;
+  image.pixels.resize(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) * static_cast<std::size_t>(channels));
+  integer_bits = integer_bits_of(spec.format);
+  const bool associated = image.has_alpha() && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
+  if (!file.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, image.pixels.data())) {
+    message = "is damaged (" + file.geterror() + ")";
+    return false;
+  }
+  if (associated) make_straight(image);
+  return true;
+}
+
+bool read_file(const char* path, Image& image, int& integer_bits, std::string& message) {
+  try {
+    OIIO::ImageSpec ask;
+    ask.attribute("oiio:UnassociatedAlpha", 1);
+    const auto file = OIIO::ImageInput::open(path, &ask);
+    if (file) return read_open(*file, image, integer_bits, message);
+    message = "is no picture that can be read (" + OIIO::geterror() + ")";
+  } catch (const std::exception& e) {
+    message = std::string("cannot be read (") + e.what() + ")";
+  }
+  return false;
+}
+
+bool write_exr_file(const char* path, const Image& image, std::string& message) {
+  try {
+    const auto file = OIIO::ImageOutput::create("exr");
+    if (!file) {
+      message = "cannot be written (" + OIIO::geterror() + ")";
+      return false;
+    }
+    OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::HALF);
+    static constexpr const char* kChannels[4][4] = {{"Y"}, {"Y", "A"}, {"R", "G", "B"}, {"R", "G", "B", "A"}};
+    spec.channelnames.clear();
+    for (int c = 0; c < image.channels; ++c) spec.channelnames.emplace_back(kChannels[image.channels - 1][c]);
+    spec.alpha_channel = image.has_alpha() ? image.channels - 1 : -1;
+    spec.attribute("compression", "zip");
+    spec.attribute("oiio:ColorSpace", "Linear");
+    // A fixed date, so that the same picture gives the same bytes.
+    spec.attribute("DateTime", "2000:01:01 00:00:00");
+    spec.attribute("Software", "texel");
+    if (file->open(path, spec) && file->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data()) && file->close()) return true;
+    message = "cannot be written (" + file->geterror() + ")";
+  } catch (const std::exception& e) {
+    message = std::string("cannot be written (") + e.what() + ")";
+  }
+  return false;
+}
+
+}  // namespace
+}  // namespace texel
+
+extern "C" __attribute__((visibility("default"))) const texel::ImageModule texel_image_module;
+const texel::ImageModule texel_image_module = {texel::kImageModuleVersion, texel::read_file, texel::write_exr_file};

@@ -1,1 +1,253 @@
+#include "formats/read.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "formats/error.h"
+#include "formats/readers.h"
+
+namespace texel {
+namespace {
+
+enum class Format { kUnknown, kObj, kPly, kStl, kOff };
+
+constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off"};
+
+Format by_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  for (int f = 1; f < 5; ++f)
+    if (extension == kNames[f]) return static_cast<Format>(f);
+  return Format::kUnknown;
+}
+
+std::uint32_t little_word(const char* at) {
+  std::uint32_t value = 0;
+  for (int i = 3; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(at[i]);
+  return value;
+}
+
+// What the first bytes say, where they are unambiguous.
+Format by_content(std::span<const char> bytes) {
+  const std::string_view text(bytes.data(), bytes.size());
+  if (text.starts_with("ply\n") || text.starts_with("ply\r")) return Format::kPly;
+  if (bytes.size() >= 84 && 84 + 50ull * little_word(bytes.data() + 80) == bytes.size()) return Format::kStl;
+  std::string_view head = text.substr(0, 1024);
+  while (!head.empty() && (is_blank(head.front()) || is_line_end(head.front()))) head.remove_prefix(1);
+  const std::string_view word = head.substr(0, head.find_first_of(" \t\r\n"));
+  for (const char* name : {"OFF", "COFF", "NOFF", "CNOFF", "STOFF", "STCOFF", "STNOFF", "STCNOFF"})
+    if (word == name) return Format::kOff;
+  if (word == "solid" && head.find("facet normal") != std::string_view::npos) return Format::kStl;
+  for (const char* name : {"mtllib", "usemtl", "vn", "vt", "v"})
+    if (word == name) return Format::kObj;
+  return Format::kUnknown;
+}
+
+Scene read_one(const std::string& path, Report& report) {
+  Format format = by_extension(path);
+  if (format == Format::kUnknown) {
+    const std::string extension = std::filesystem::path(path).extension().string();
+    throw Error(Code::kUnsupported, path, "files of this kind can't be read (" + (extension.empty() ? "no extension" : extension) + ")",
+                "give .obj, .ply, .stl or .off");
+  }
+  const FileBytes file(path);
+  const Input input{file.bytes(), path};
+  const Format content = by_content(input.bytes);
+  if (content != Format::kUnknown && content != format) {
+    report.issue("wrong-extension", std::string("is a ") + kNames[static_cast<int>(content)] + " file by its first bytes, and was read as such", 1, path);
+    format = content;
+  }
+  Scene scene = format == Format::kObj   ? read_obj(input, report)
+                : format == Format::kPly ? read_ply(input, report)
+                : format == Format::kStl ? read_stl(input, report)
+                                         : read_off(input, report);
+  scene.sources.insert(scene.sources.begin(), {path, {}, static_cast<std::int64_t>(input.bytes.size())});
+  return scene;
+}
+
+template <class T>
+void append(std::vector<T>& to, std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+  std::vector<T>().swap(from);  // its memory is needed
+}
+
+void join_textures(Scene& to, Scene& from) {
+  const std::vector<bool> to_raw = raw_textures(to), from_raw = raw_textures(from);
+  std::vector<int> number;
+  for (std::size_t i = 0; i < from.textures.size(); ++i) {
+    std::size_t at = 0;
+    while (at < to_raw.size() && !(to.textures[at].path == from.textures[i].path && to_raw[at] == from_raw[i])) ++at;
+    if (at == to_raw.size()) {
+      at = to.textures.size();
+      to.textures.push_back(from.textures[i]);
+    }
+    number.push_back(static_cast<int>(at));
+  }
+  for (Material& m : from.materials)
+    for (TextureUse* use : {&m.map_kd, &m.map_d})
+      if (use->used()) use->texture = number[static_cast<std::size_t>(use->texture)];
+}
+
+void join(Scene& to, Scene&& from) {
+  Mesh &a = to.mesh, &b = from.mesh;
+  if (a.points.size() + b.points.size() >= kNoIndex || a.uvs.size() + b.uvs.size() >= kNoIndex)
+    throw Error(Code::kUnsupported, from.sources.front().path, "the inputs together have more than 2^32 vertices");
+  join_textures(to, from);
+  const auto points = static_cast<std::uint32_t>(a.points.size()), uvs = static_cast<std::uint32_t>(a.uvs.size());
+  const auto materials = static_cast<std::uint32_t>(to.materials.size());
+  for (auto& t : b.triangles)
+    for (std::uint32_t& corner : t) corner += points;
+  for (auto& t : b.uv_corners)
+    for (std::uint32_t& corner : t) corner = corner == kNoIndex ? kNoIndex : corner + uvs;
+  for (std::uint32_t& material : b.materials) material += materials;
+  // An input without vertex colours multiplies by white, one without texture coordinates has none.
+  if (a.colors.empty() != b.colors.empty()) {
+    a.colors.resize(a.points.size(), V3f(1, 1, 1));
+    b.colors.resize(b.points.size(), V3f(1, 1, 1));
+  }
+  constexpr std::array<std::uint32_t, 3> kNone = {kNoIndex, kNoIndex, kNoIndex};
+  if (a.uv_corners.empty() != b.uv_corners.empty()) {
+    a.uv_corners.resize(a.triangles.size(), kNone);
+    b.uv_corners.resize(b.triangles.size(), kNone);
+  }
+  append(a.points, b.points);
+  append(a.uvs, b.uvs);
+  append(a.colors, b.colors);
+  append(a.triangles, b.triangles);
+  append(a.uv_corners, b.uv_corners);
+  append(a.materials, b.materials);
+  append(to.materials, from.materials);
+  for (SourceFile& source : from.sources)
+    if (std::none_of(to.sources.begin(), to.sources.end(), [&](const SourceFile& s) { return s.path == source.path; }))
+      to.sources.push_back(std::move(source));
+}
+
+bool usable(const V3d& p) {
+  constexpr double kMost = 1e100;  // beyond it areas and volumes overflow
+  return std::abs(p.x) <= kMost && std::abs(p.y) <= kMost && std::abs(p.z) <= kMost;
+}
+
+// Drops the triangles with an unusable corner, keeping the order of the others.
+std::int64_t drop_unusable(Mesh& mesh) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& t = mesh.triangles[i];
+    if (!usable(mesh.points[t[0]]) || !usable(mesh.points[t[1]]) || !usable(mesh.points[t[2]])) continue;
+    mesh.triangles[kept] = t;
+    mesh.materials[kept] = mesh.materials[i];
+    if (!mesh.uv_corners.empty()) mesh.uv_corners[kept] = mesh.uv_corners[i];
+    ++kept;
+  }
+  const auto dropped = static_cast<std::int64_t>(mesh.triangles.size() - kept);
+  mesh.triangles.resize(kept);
+  mesh.materials.resize(kept);
+  if (!mesh.uv_corners.empty()) mesh.uv_corners.resize(kept);
+  return dropped;
+}
+
+}  // namespace
+
+void add_source(Scene& scene, const std::string& path) {
+  for (const SourceFile& s : scene.sources)
+    if (s.path == path) return;
+  std::error_code ec;
+  const auto size = std::filesystem::file_size(path, ec);
+  scene.sources.push_back({path, {}, ec ? 0 : static_cast<std::int64_t>(size)});
+}
+
+std::vector<bool> raw_textures(const Scene& scene) {
+  std::vector<bool> raw(scene.textures.size(), false);
+  for (const Material& m : scene.materials)
+    if (m.map_d.used() && !m.map_d.alpha_channel) raw[static_cast<std::size_t>(m.map_d.texture)] = true;
+  return raw;
+}
+
+void finish_mesh(Scene& scene, Report& report, const std::string& where, const std::string& reason) {
+  Mesh& mesh = scene.mesh;
+  std::int64_t dropped = 0;
+  const bool had_triangles = !mesh.triangles.empty();
+  const auto bad = std::count_if(mesh.points.begin(), mesh.points.end(), [](const V3d& p) { return !usable(p); });
+  if (bad > 0) {
+    dropped = drop_unusable(mesh);
+    const auto good = std::find_if(mesh.points.begin(), mesh.points.end(), usable);
+    const V3d stand_in = mesh.triangles.empty() ? (good == mesh.points.end() ? V3d(0, 0, 0) : *good) : mesh.points[mesh.triangles[0][0]];
+    for (V3d& p : mesh.points)
+      if (!usable(p)) p = stand_in;
+    report.issue("non-finite", "vertices that are not finite numbers or too large to compute with; " + std::to_string(dropped) +
+                 " triangles that use them were dropped", bad, where);
+  }
+  if (mesh.triangles.empty()) {
+    if (had_triangles) throw Error(Code::kBadInput, where, "every face has a vertex that is not a finite number", "export the mesh again");
+    throw Error(Code::kBadInput, where, reason, "give a file with faces");
+  }
+  if (scene.materials.empty()) scene.materials.push_back(plain_color("default", Material().kd));
+}
+
+bool decode_color(const double* rgb, V3f& linear) {
+  linear = V3f(1, 1, 1);
+  if (!std::isfinite(rgb[0]) || !std::isfinite(rgb[1]) || !std::isfinite(rgb[2])) return false;
+  const auto decode = [](double v) { return srgb_to_linear(static_cast<float>(std::clamp(v, 0.0, 1.0))); };
+  linear = V3f(decode(rgb[0]), decode(rgb[1]), decode(rgb[2]));
+  return true;
+}
+
+Material plain_color(std::string name, const V3f& kd) {
+  Material m;
+  m.name = std::move(name);
+  m.kd = kd;
+  return m;
+}
+
+std::uint32_t FaceColors::material(Scene& scene, const double* rgb) {
+  constexpr std::size_t kMost = 4096;
+  V3f linear;
+  const bool readable = decode_color(rgb, linear);
+  if (!readable) ++unreadable_;
+  std::uint32_t key = 0xffffff;
+  if (readable) {
+    key = 0;
+    for (int i = 0; i < 3; ++i) key = key << 8 | static_cast<std::uint32_t>(std::lround(std::clamp(rgb[i], 0.0, 1.0) * 255));
+  }
+  auto at = std::lower_bound(known_.begin(), known_.end(), std::pair(key, 0u));
+  if (at != known_.end() && at->first == key) return at->second;
+  std::string name = "color_";
+  if (known_.size() >= kMost) {
+    ++overflow_;
+    if (!known_.empty() && known_.back().first == 0x1000000) return known_.back().second;
+    key = 0x1000000;
+    linear = V3f(0.5f, 0.5f, 0.5f);
+    name += "other";
+    at = known_.end();
+  } else {
+    for (int shift = 20; shift >= 0; shift -= 4) name += "0123456789abcdef"[key >> shift & 15];
+  }
+  const auto index = static_cast<std::uint32_t>(scene.materials.size());
+  scene.materials.push_back(plain_color(name, linear));
+  known_.insert(at, {key, index});
+  return index;
+}
+
+void FaceColors::report_to(Report& report, const std::string& path) const {
+  if (unreadable_) report.issue("non-finite-color", "face colours that are not numbers: white used", unreadable_, path);
+  if (overflow_) report.issue("face-colors-many", "faces past the first 4096 different face colours are grey", overflow_, path);
+}
+
+Scene read_scene(std::span<const std::string> paths, Report& report) {
+  if (paths.empty()) throw Error(Code::kCommandLine, "", "no input given");
+  Scene scene = read_one(paths[0], report);
+  for (const std::string& path : paths.subspan(1)) join(scene, read_one(path, report));
+  std::vector<std::string> files;
+  for (const Texture& t : scene.textures) files.push_back(t.path);
+  scene.load_texture = [files = std::move(files), raw = raw_textures(scene)](int texture) {
+    const auto i = static_cast<std::size_t>(texture);
+    return read_image(files.at(i), raw.at(i));
+  };
+  return scene;
+}
+
+Scene read_scene(const std::string& path, Report& report) { return read_scene(std::span(&path, 1), report); }
+
+}  // namespace texel

@@ -1,0 +1,76 @@
+#pragma once
+// The readers behind read_scene, one per format, and what they share. Each returns one input's own Scene: its mesh, at least one
+// material, textures, and the further files it referred to in `sources` (the input itself is added by the caller).
+// All of them throw Error{kBadInput} and report issues as read.h says; bytes of any kind are safe.
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/report.h"
+#include "formats/scene.h"
+#include "formats/text_scanner.h"
+
+namespace texel {
+
+[[nodiscard]] Scene read_obj(const Input& input, Report& report);
+[[nodiscard]] Scene read_ply(const Input& input, Report& report);
+[[nodiscard]] Scene read_stl(const Input& input, Report& report);
+[[nodiscard]] Scene read_off(const Input& input, Report& report);
+
+// A map line of an .mtl file: the name as written and the options that matter here.
+struct MtlMap {
+  std::string name;              // empty: no such line
+  TextureUse use;                // its texture is set by add_mtl_material
+  bool channel_chosen = false;   // -imfchan given
+};
+
+struct MtlMaterial {
+  Material material;
+  MtlMap map_kd, map_d;
+  bool kd_left_out = false;      // no Kd line: the picture alone gives the colour, where it is found
+  std::string where;             // FILE:LINE of newmtl
+  std::string path;              // of the .mtl file
+};
+
+// The materials of an .mtl file in its order. `Ka`, `Ni`, `illum`, bump maps and unknown words are skipped.
+// Colours are linear; they and d are limited to [0,1] (Ke: >= 0). Unreadable values keep their defaults and become issues.
+[[nodiscard]] std::vector<MtlMaterial> read_mtl(const Input& input, Report& report);
+
+// Appends the material with its textures found and entered; returns its index. A picture that is not there is an issue
+// `texture-missing` and the material's colour is used. A mask read by luminance gets a texture entry of its own, decoded raw.
+std::uint32_t add_mtl_material(const MtlMaterial& mtl, Scene& scene, Report& report);
+
+// The file `name` (as an OBJ or MTL file writes it: backslashes allowed) means, seen from the file `from`: as written, then the
+// last part of the name beside `from`, then the same with letters' case ignored. Empty: none of them is a file.
+[[nodiscard]] std::string find_beside(const std::string& from, const std::string& name);
+
+// Enters `path` into scene.sources once.
+void add_source(Scene& scene, const std::string& path);
+
+// Which textures are masks read by luminance, and so decoded raw.
+[[nodiscard]] std::vector<bool> raw_textures(const Scene& scene);
+
+// Last step of each reader: drops triangles with a non-finite or absurdly large corner (issue `non-finite`) and puts such points onto a
+// finite one, gives the scene a default material, and throws Error{kBadInput} when no triangle is left, with `reason` at `where`.
+void finish_mesh(Scene& scene, Report& report, const std::string& where, const std::string& reason);
+
+// Linear colour from three stored sRGB values in [0,1]; values that are not numbers give white and false.
+[[nodiscard]] bool decode_color(const double* rgb, V3f& linear);
+
+// A material of this name and diffuse colour, else as materials are by default.
+[[nodiscard]] Material plain_color(std::string name, const V3f& kd);
+
+// Materials from colours per face: one per different colour, while there are few enough of them.
+class FaceColors {
+ public:
+  // The material of the next face, entered into scene.materials when new; past 4096 colours the last ones share a grey one.
+  [[nodiscard]] std::uint32_t material(Scene& scene, const double* rgb);
+  // Reports what happened, if anything.
+  void report_to(Report& report, const std::string& path) const;
+
+ private:
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> known_;  // packed 8-bit colour, material; sorted by colour
+  std::int64_t overflow_ = 0, unreadable_ = 0;
+};
+
+}  // namespace texel
