@@ -77,6 +77,9 @@ Settings parse_options(Command command, const std::vector<std::string>& argument
   try {
     app.allow_extras();
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::ArgumentMismatch& error) {
+    const std::string text = error.what();  // "--name: 1 required TEXT missing"
+    throw Error(Code::kCommandLine, text.substr(0, std::min(text.find(':'), text.size())), "needs a value", see_help(command));
   } catch (const CLI::ParseError& error) {
     throw Error(Code::kCommandLine, "", error.what(), see_help(command));
   }
@@ -108,7 +111,7 @@ Settings parse_options(Command command, const std::vector<std::string>& argument
   if (names.contains("light")) settings.recipe.lights.clear();  // the command line's lights replace the recipe's
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (options[i]->count() == 0) continue;
-    if (rows[i].is_switch()) apply(rows[i], "true");
+    if (rows[i].is_switch()) apply(rows[i], options[i]->as<bool>() ? "true" : "false");
     else if (rows[i].repeatable) for (const std::string& value : values[i]) apply(rows[i], value);
     else apply(rows[i], values[i].back());
   }
