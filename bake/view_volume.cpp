@@ -1,1 +1,182 @@
+// The reference renderer: one cone per sample, marched from front to back through the levels that match its width.
+#include <algorithm>
+#include <cmath>
 
+#include "bake/view_voxels.h"
+#include "formats/error.h"
+
+namespace texel {
+
+namespace {
+
+constexpr float kSeen = 1.0f / 1024;     // transmittance below which a cone ends
+constexpr double kStep = 0.5;            // voxel edges of the finer level in use
+constexpr int kShadowResolution = 128;   // shadow cones use the first level of at most so many voxels a side
+
+// A ray in one level's voxel space; t stays in world units.
+struct LevelRay {
+  V3d origin, direction;
+  [[nodiscard]] V3d at(double t) const { return origin + direction * t; }
+};
+
+struct Volume {
+  const Pack& pack;
+  Eye eye;
+  std::vector<std::unique_ptr<LitLevel>> levels;
+  int only = -1;
+  V3f unseen;                            // colour of matter before any surface was met (the eye is inside)
+
+  Volume(const Pack& p, const ViewOptions& options);
+  void trace(const Rays::Ray& ray, V3f* color, float* alpha) const;
+  [[nodiscard]] double level_of(double footprint) const;
+};
+
+Volume::Volume(const Pack& p, const ViewOptions& options) : pack(p) {
+  if (p.levels.empty()) throw Error(Code::kBadInput, "", "the pack has no volume", "bake it with --want density");
+  const auto count = static_cast<int>(p.levels.size());
+  if (options.level >= count) throw Error(Code::kCommandLine, "", "level " + std::to_string(options.level) + " asked for, the pack has " + std::to_string(count));
+  only = options.level;
+  eye.rays = make_rays(options.camera, options.width, options.height);
+  eye.lights = view_lights(options, eye.rays);
+  eye.ambient = ambient_of(eye.lights);
+  eye.shadows = options.shadows;
+  unseen = p.statistics.mean_color * eye.ambient;
+  int shadow = 0;
+  const auto side = [&](int l) { const V3i& n = p.levels[static_cast<std::size_t>(l)].grid.n; return std::max({n.x, n.y, n.z}); };
+  while (shadow + 1 < count && side(shadow) > kShadowResolution) ++shadow;
+  levels.resize(p.levels.size());
+  for (int l = count - 1; l >= 0; --l)
+    levels[static_cast<std::size_t>(l)] = std::make_unique<LitLevel>(p.levels[static_cast<std::size_t>(l)], eye, l < shadow ? levels[static_cast<std::size_t>(shadow)].get() : nullptr);
+}
+
+// The level whose voxels are as wide as the footprint; a fraction f between two of them is the linear blend (r − s_l)/(s_(l+1) − s_l).
+double Volume::level_of(double footprint) const {
+  if (only >= 0) return only;
+  std::size_t l = 0;
+  while (l + 1 < levels.size() && levels[l + 1]->grid().h <= footprint) ++l;
+  if (l + 1 == levels.size()) return static_cast<double>(l);
+  const double fine = levels[l]->grid().h, coarse = levels[l + 1]->grid().h;
+  return static_cast<double>(l) + std::clamp((footprint - fine) / (coarse - fine), 0.0, 1.0);
+}
+
+// The part of the ray within the grid and half a voxel around it, where interpolation still finds something.
+bool clip(const LevelRay& ray, const V3i& n, double* from, double* to) {
+  for (int k = 0; k < 3; ++k) {
+    const double low = -0.5, high = n[k] + 0.5;
+    if (ray.direction[k] == 0) {
+      if (ray.origin[k] < low || ray.origin[k] > high) return false;
+      continue;
+    }
+    const double a = (low - ray.origin[k]) / ray.direction[k], b = (high - ray.origin[k]) / ray.direction[k];
+    *from = std::max(*from, std::min(a, b));
+    *to = std::min(*to, std::max(a, b));
+  }
+  return *from < *to;
+}
+
+// Where the ray leaves the 8³ block it is in.
+double block_exit(const LevelRay& ray, const V3d& p) {
+  double exit = 1e300;
+  for (int k = 0; k < 3; ++k) {
+    if (ray.direction[k] == 0) continue;
+    const double low = std::floor(p[k] / 8) * 8;
+    exit = std::min(exit, ((ray.direction[k] > 0 ? low + 8 : low) - ray.origin[k]) / ray.direction[k]);
+  }
+  return exit;
+}
+
+V3i block_of(const V3d& p) {
+  const auto along = [](double v) { return static_cast<int>(std::clamp(std::floor(v / 8), -1e9, 1e9)); };
+  return {along(p.x), along(p.y), along(p.z)};
+}
+
+// Opacity of a way `share` voxel edges long where one edge has opacity `alpha`.
+float opacity_of(float alpha, double share) {
+  const float left = std::max(1 - alpha, 0.0f);
+  return share == 0.5 ? 1 - std::sqrt(left) : static_cast<float>(1 - std::pow(static_cast<double>(left), share));
+}
+
+void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
+  std::vector<LevelRay> in(levels.size());
+  double from = 0, to = 0;
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    const Grid& g = levels[l]->grid();
+    in[l] = {g.to_voxel(ray.origin), ray.direction / g.h};
+    double a = 0, b = 1e300;
+    if (!clip(in[l], g.n, &a, &b)) continue;
+    from = to > 0 ? std::min(from, a) : a;
+    to = std::max(to, b);
+  }
+  float left = 1;
+  V3f last = unseen;
+  for (double t = from; t < to && left > kSeen;) {
+    const double level = level_of(eye.rays.footprint(t));
+    const auto l = static_cast<std::size_t>(level);
+    const double f = level - static_cast<double>(l);
+    const std::size_t count = f > 0 ? 2 : 1;
+    const double h = levels[l]->grid().h;
+
+    // Leave blocks that are empty on both levels at once.
+    double skip = 1e300;
+    for (std::size_t i = 0; i < count; ++i) {
+      const V3d p = in[l + i].at(t);
+      skip = levels[l + i]->occupied(block_of(p)) ? t : std::min(skip, block_exit(in[l + i], p));
+      if (skip <= t) break;
+    }
+    if (skip > t) {
+      t = std::max(skip, t) + 1e-4 * h;
+      continue;
+    }
+
+    const double step = std::min(kStep * h, to - t), middle = t + step / 2;
+    const double share = step == kStep * h ? kStep : step / h;
+    float opacity = 0;
+    V3f light(0, 0, 0);
+    float known = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const LitVoxel voxel = levels[l + i]->at(in[l + i].at(middle));
+      if (!(voxel.alpha > 0)) continue;
+      const auto blend = static_cast<float>(count == 1 ? 1 : i == 0 ? 1 - f : f);
+      const float part = blend * opacity_of(voxel.alpha, share * h / levels[l + i]->grid().h);
+      opacity += part;
+      known += part * voxel.known / voxel.alpha;
+      light += voxel.light * (part / voxel.alpha);
+    }
+    if (opacity > 0) {
+      if (known > 1e-6f) last = light / known;
+      *color += last * (left * opacity);
+      *alpha += left * opacity;
+      left *= 1 - opacity;
+    }
+    t += step;
+  }
+}
+
+}  // namespace
+
+Image view_volume(const Pack& pack, const ViewOptions& options, Report& report) {
+  const StageTimer timer(report, "view volume");
+  const Volume volume(pack, options);
+  const int samples = std::clamp(options.samples / 16, 1, 4);
+  Image image;
+  image.width = options.width;
+  image.height = options.height;
+  image.channels = 4;
+  image.pixels.resize(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 4);
+  for_rows(options.height, options.threads, [&](int y) {
+    for (int x = 0; x < options.width; ++x) {
+      V3f color(0, 0, 0);
+      float alpha = 0;
+      for (int i = 0; i < samples; ++i) {
+        const V2f at = pixel_sample(x, y, i, samples);
+        volume.trace(volume.eye.rays.at(x + static_cast<double>(at.x), y + static_cast<double>(at.y)), &color, &alpha);
+      }
+      float* out = image.at(x, y);
+      for (int c = 0; c < 3; ++c) out[c] = alpha > 0 ? color[c] / alpha : 0.0f;
+      out[3] = std::min(alpha / static_cast<float>(samples), 1.0f);
+    }
+  });
+  return image;
+}
+
+}  // namespace texel

@@ -1,0 +1,351 @@
+#include "bake/view_voxels.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "formats/error.h"
+
+namespace texel {
+
+namespace {
+
+constexpr double kMaxDepth = 9.21034037197618;  // optical depth of a voxel that is wholly opaque: −ln(1e-4)
+constexpr std::int64_t kMaxBlocks = std::int64_t{1} << 28;
+
+V3i blocks_of(const V3i& n) { return {(n.x + 7) / 8, (n.y + 7) / 8, (n.z + 7) / 8}; }
+
+bool inside(const V3i& b, const V3i& n) { return b.x >= 0 && b.y >= 0 && b.z >= 0 && b.x < n.x && b.y < n.y && b.z < n.z; }
+
+std::size_t place(const V3i& b, const V3i& n) {
+  return (static_cast<std::size_t>(b.z) * static_cast<std::size_t>(n.y) + static_cast<std::size_t>(b.y)) * static_cast<std::size_t>(n.x) + static_cast<std::size_t>(b.x);
+}
+
+std::size_t count_blocks(const Grid& grid) {
+  const V3i n = blocks_of(grid.n);
+  if (n.x < 1 || n.y < 1 || n.z < 1 || n.x > 1 << 20 || n.y > 1 << 20 || n.z > 1 << 20 || std::int64_t{n.x} * n.y > kMaxBlocks ||
+      std::int64_t{n.x} * n.y * n.z > kMaxBlocks || !(grid.h > 0))
+    throw Error(Code::kBadInput, "", "a level's grid cannot be looked at: " + std::to_string(grid.n.x) + "x" + std::to_string(grid.n.y) + "x" + std::to_string(grid.n.z) + " voxels");
+  return static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
+}
+
+double unit_share(float v) { return v > 0 ? std::min(static_cast<double>(v), 1.0) : 0.0; }  // NaN becomes 0
+double depth_of(double alpha) { return alpha < 1 ? std::min(-std::log1p(-alpha), kMaxDepth) : kMaxDepth; }
+
+// A symmetric 3×3 matrix.
+struct Symmetric {
+  double xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0;
+  [[nodiscard]] V3d times(const V3d& v) const { return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z, xz * v.x + yz * v.y + zz * v.z}; }
+  [[nodiscard]] double form(const V3d& a, const V3d& b) const { return a.dot(times(b)); }
+  [[nodiscard]] double determinant() const { return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz); }
+  [[nodiscard]] Symmetric adjugate() const {
+    return {yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy, xz * yz - xy * zz, xy * yz - xz * yy, xy * xz - xx * yz};
+  }
+  // share·S + (1 − share)·I
+  [[nodiscard]] Symmetric rounded(double share) const {
+    const double rest = 1 - share;
+    return {xx * share + rest, yy * share + rest, zz * share + rest, xy * share, xz * share, yz * share};
+  }
+};
+
+// SGGX density of normals, both sides together.
+double sggx_density(const Symmetric& s, const V3d& n) {
+  const double det = s.determinant();
+  if (!(det > 0)) return 0;
+  const double form = s.adjugate().form(n, n) / det;
+  return form > 0 ? 1 / (std::numbers::pi * std::sqrt(det) * form * form) : 0;
+}
+
+constexpr int kNormals = 16;
+
+// Fixed normals seen from `v`, each standing for the same share of what is seen: field notes 1.5 (Heitz et al. 2015).
+std::array<V3d, kNormals> visible_normals(const Symmetric& s, const V3d& v) {
+  const V3d helper = std::abs(v.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+  const V3d t = helper.cross(v).normalized(), b = v.cross(t);
+  const double kk = s.form(t, t), jj = s.form(b, b), ii = std::max(s.form(v, v), 1e-12);
+  const double kj = s.form(t, b), ki = s.form(t, v), ji = s.form(b, v);
+  const double q = std::sqrt(std::max(jj * ii - ji * ji, 1e-24));
+  const double det = std::max(kk * (jj * ii - ji * ji) - kj * (kj * ii - ji * ki) + ki * (kj * ji - jj * ki), 0.0), root = std::sqrt(ii);
+  const V3d mk(std::sqrt(det) / q, 0, 0), mj(-(ki * ji - kj * ii) / (root * q), q / root, 0), mi(ki / root, ji / root, root);
+  std::array<V3d, kNormals> normals;
+  for (int i = 0; i < kNormals; ++i) {
+    const double radius = std::sqrt((i + 0.5) / kNormals), angle = 2 * std::numbers::pi * i * 0.6180339887498949;
+    const double x = radius * std::cos(angle), y = radius * std::sin(angle), z = std::sqrt(std::max(0.0, 1 - radius * radius));
+    const V3d local = mk * x + mj * y + mi * z;
+    const V3d n = t * local.x + b * local.y + v * local.z;
+    const double length = n.length();
+    normals[static_cast<std::size_t>(i)] = length > 0 ? n / length : v;
+  }
+  return normals;
+}
+
+}  // namespace
+
+Field::Field(const Level& level, const std::string& name, int components) {
+  const Layer* layer = nullptr;
+  const Channel* channel = level.find(name, &layer);
+  if (!channel) return;
+  const auto c = static_cast<std::size_t>(components);
+  std::int64_t count = 0;
+  blocks_ = blocks_of(level.grid.n);
+  slots_.assign(count_blocks(level.grid), 0);
+  bool good = channel->components == components && layer->tiles.size() * c <= channel->tiles.size();
+  for (std::size_t i = 0; good && i < layer->set.blocks.size(); ++i) {
+    const Block& block = layer->set.blocks[i];
+    good = block.first == count && inside(block.at, blocks_);
+    for (const std::uint64_t word : block.mask) count += std::popcount(word);
+    if (good) slots_[place(block.at, blocks_)] = static_cast<std::int32_t>(i) + 1;
+  }
+  for (std::size_t i = 0; good && i < layer->tiles.size(); ++i) {
+    good = inside(layer->tiles[i], blocks_);
+    if (good) slots_[place(layer->tiles[i], blocks_)] = -static_cast<std::int32_t>(i) - 1;
+  }
+  if (!good || static_cast<std::size_t>(count) * c > channel->values.size())
+    throw Error(Code::kBadInput, "", "the grid " + name + " is damaged: its values do not fit its voxels");
+  layer_ = layer;
+  channel_ = channel;
+}
+
+const float* Field::at(const V3i& voxel) const {
+  if (!channel_ || voxel.x < 0 || voxel.y < 0 || voxel.z < 0) return nullptr;
+  const V3i b(voxel.x >> 3, voxel.y >> 3, voxel.z >> 3);
+  if (!inside(b, blocks_)) return nullptr;
+  const std::int32_t slot = slots_[place(b, blocks_)];
+  if (slot == 0) return nullptr;
+  const auto c = static_cast<std::size_t>(channel_->components);
+  if (slot < 0) return channel_->tiles.data() + static_cast<std::size_t>(-slot - 1) * c;
+  const Block& block = layer_->set.blocks[static_cast<std::size_t>(slot - 1)];
+  const int x = voxel.x & 7, y = voxel.y & 7, z = voxel.z & 7;
+  if (!block.has(x, y, z)) return nullptr;
+  return channel_->values.data() + static_cast<std::size_t>(block.index(x, y, z)) * c;
+}
+
+V3f Field::color(const V3i& voxel, const V3f& otherwise) const {
+  const float* p = at(voxel);
+  return p ? V3f(p[0], p[1], p[2]) : otherwise;
+}
+
+float Field::value(const V3i& voxel, float otherwise) const {
+  const float* p = at(voxel);
+  return p ? *p : otherwise;
+}
+
+bool Field::has_block(const V3i& block) const { return inside(block, blocks_) && channel_ && slots_[place(block, blocks_)] != 0; }
+
+LitLevel::LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow)
+    : level_(level), eye_(eye), shadow_(shadow ? shadow : this), alpha_(level, "alpha", 3), density_(level, "density", 1), solid_(level, "solid", 1),
+      diagonal_(level, "S_diag", 3), off_(level, "S_off", 3), normal_(level, "normal", 3), albedo_(level, "Cd", 3), ks_(level, "ks", 3),
+      roughness_(level, "roughness", 1), transparency_(level, "transparency", 1), emission_(level, "emission", 3) {
+  matter_ = alpha_.present() ? &alpha_ : &density_;
+  if (!matter_->present()) throw Error(Code::kBadInput, "", "the pack has neither the grid alpha nor density", "bake it with --want density or visibility");
+  blocks_ = blocks_of(level.grid.n);
+  const std::size_t blocks = count_blocks(level.grid);
+  occupied_.assign(blocks, 0);
+  slot_of_.assign(blocks, -1);
+  std::int32_t slots = 0;
+  const auto mark = [&](const V3i& at, const V3i& low, const V3i& high) {
+    slot_of_[place(at, blocks_)] = slots++;
+    // Interpolation reaches one voxel far: into the next block only from voxels at this one's side.
+    for (int dz = low.z == 0 ? -1 : 0; dz <= (high.z == 7 ? 1 : 0); ++dz)
+      for (int dy = low.y == 0 ? -1 : 0; dy <= (high.y == 7 ? 1 : 0); ++dy)
+        for (int dx = low.x == 0 ? -1 : 0; dx <= (high.x == 7 ? 1 : 0); ++dx)
+          if (const V3i b(at.x + dx, at.y + dy, at.z + dz); inside(b, blocks_)) occupied_[place(b, blocks_)] = 1;
+  };
+  for (const texel::Block& block : matter_->layer()->set.blocks) {
+    V3i low(7, 7, 7), high(0, 0, 0);
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y)
+        for (int z = 0; z < 8; ++z)
+          if (block.has(x, y, z)) {
+            low = V3i(std::min(low.x, x), std::min(low.y, y), std::min(low.z, z));
+            high = V3i(std::max(high.x, x), std::max(high.y, y), std::max(high.z, z));
+          }
+    mark(block.at, low, high);
+  }
+  for (const V3i& tile : matter_->layer()->tiles) mark(tile, V3i(0, 0, 0), V3i(7, 7, 7));
+  slots_ = std::make_unique<Slot[]>(static_cast<std::size_t>(slots));
+}
+
+bool LitLevel::occupied(V3i block) const {
+  for (int k = 0; k < 3; ++k) block[k] = std::clamp(block[k], 0, blocks_[k] - 1);
+  return occupied_[place(block, blocks_)] != 0;
+}
+
+// Optical depth of one voxel edge along `direction`: the axes' depths joined by the correlations of S, as field notes 4.3; never less
+// than that of the share that is solid, which no direction escapes.
+double LitLevel::depth(const V3i& voxel, const V3d& direction) const {
+  if (!alpha_.present()) return std::min(std::max(static_cast<double>(density_.value(voxel, 0)), 0.0) * level_.grid.h, 1e6);
+  const float* alpha = alpha_.at(voxel);
+  if (!alpha) return 0;
+  const double there = 1 - unit_share(transparency_.value(voxel, 0));
+  V3d tau;
+  for (int k = 0; k < 3; ++k) tau[k] = depth_of(unit_share(alpha[k]) * there);
+  const V3d w = direction * tau;
+  double sum = w.dot(w);
+  const float* diagonal = diagonal_.at(voxel);
+  const float* off = off_.at(voxel);
+  if (diagonal && off) {
+    const auto joined = [&](int i, int j, float s_ij) {
+      const double limit = static_cast<double>(diagonal[i]) * static_cast<double>(diagonal[j]);
+      return limit > 1e-12 ? 2 * w[i] * w[j] * std::clamp(static_cast<double>(s_ij) / std::sqrt(limit), -1.0, 1.0) : 0.0;
+    };
+    sum += joined(0, 1, off[0]) + joined(0, 2, off[1]) + joined(1, 2, off[2]);
+  }
+  const double surface = std::sqrt(std::max(sum, 0.0));
+  return std::min(std::max(surface, depth_of(unit_share(solid_.value(voxel, 0)) * there)), kMaxDepth);
+}
+
+float LitLevel::transmittance(const V3d& p, const V3d& d, double length) const {
+  const Grid& g = level_.grid;
+  const V3d start = g.to_voxel(p);
+  const double end = length / g.h;
+  double from = 0, to = end;
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(d[k]) < 1e-12) {
+      if (start[k] < 0 || start[k] > g.n[k]) return 1;
+      continue;
+    }
+    const double a = -start[k] / d[k], b = (g.n[k] - start[k]) / d[k];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  double depth_sum = 0;
+  for (double t = from; t < to && depth_sum < kMaxDepth;) {
+    const V3d at = start + d * t;
+    const V3i voxel(static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)), static_cast<int>(std::floor(at.z)));
+    const V3i b(voxel.x >> 3, voxel.y >> 3, voxel.z >> 3);
+    const bool empty = !matter_->has_block(b);
+    // On to where the ray leaves the voxel, or the whole block where it is empty.
+    double next = to;
+    for (int k = 0; k < 3; ++k) {
+      if (std::abs(d[k]) < 1e-12) continue;
+      const int size = empty ? 8 : 1, low = empty ? b[k] * 8 : voxel[k];
+      next = std::min(next, ((d[k] > 0 ? low + size : low) - start[k]) / d[k]);
+    }
+    next = std::min(std::max(next, t) + 1e-6, to);
+    if (!empty) depth_sum += (density_.present() ? static_cast<double>(density_.value(voxel, 0)) * g.h : depth(voxel, d)) * (next - t);
+    t = std::max(next, t + 1e-6);
+  }
+  return static_cast<float>(std::exp(-std::max(depth_sum, 0.0)));
+}
+
+V3f LitLevel::light_sent(const V3i& voxel, const V3d& v) const {
+  const Look look{albedo_.color(voxel, V3f(0.5f)), ks_.color(voxel, V3f(0.0f)), emission_.color(voxel, V3f(0.0f)), roughness_.value(voxel, 1)};
+  const V3f floor_light = look.albedo * eye_.ambient + look.ke;
+  const V3d m(normal_.color(voxel, V3f(0.0f)));
+  const double sidedness = std::min(m.length(), 1.0);
+  Symmetric s;
+  const float* diagonal = diagonal_.at(voxel);
+  const float* off = off_.at(voxel);
+  if (diagonal && off)
+    s = {static_cast<double>(diagonal[0]), static_cast<double>(diagonal[1]), static_cast<double>(diagonal[2]), static_cast<double>(off[0]), static_cast<double>(off[1]), static_cast<double>(off[2])};
+  else if (sidedness > 0.5)
+    s = {m.x * m.x, m.y * m.y, m.z * m.z, m.x * m.y, m.x * m.z, m.y * m.z};
+  s = s.rounded(0.9995);  // sheets have no inverse
+
+  // Of what is turned to the eye, the part against the mean normal is backs: dark where the surface is open, hidden where it closes
+  // a solid. There the nearest normal that is just in sight stands in for what little of the voxel shows.
+  const bool closed = solid_.value(voxel, 0) > 0;
+  const std::array<V3d, kNormals> normals = visible_normals(s, v);
+  std::array<double, kNormals> weight;
+  double total = 0;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    weight[i] = normals[i].dot(m) < 0 ? 1 - sidedness : 1.0;
+    total += weight[i];
+  }
+  constexpr double kRim = 0.02 * kNormals;
+  V3d rim = sidedness > 0 ? m / m.length() : v;
+  rim = (rim + v * std::max(0.1 - rim.dot(v), 0.0)).normalized();
+  const double norm = closed ? total + kRim : kNormals;
+
+  V3f sum = floor_light;
+  const V3d centre = level_.grid.centre(voxel);
+  for (const Light& light : eye_.lights) {
+    V3d l;
+    V3f color;
+    if (!light_at(light, centre, &l, &color)) continue;
+    double cosine = closed ? kRim * std::max(rim.dot(l), 0.0) : 0.0;
+    for (std::size_t i = 0; i < normals.size(); ++i) cosine += weight[i] * std::max(normals[i].dot(l), 0.0);
+    cosine /= norm;
+    if (!(cosine > 1e-6)) continue;
+    if (eye_.shadows) {
+      // Out of the surface's own voxels first: it must not shade itself.
+      const double h = std::max(level_.grid.h, shadow_->level_.grid.h);
+      const V3d out = sidedness > 0.2 && m.dot(l) > 0 ? m / m.length() : l;
+      const V3d start = centre + (out + l) * h;
+      const double length = light.kind == Light::Kind::kPoint ? (light.vector - start).dot(l) : 1e30 * h;
+      if (length > 0) color *= shadow_->transmittance(start, l, length);
+    }
+    V3f answer = look.albedo * static_cast<float>(cosine);
+    if (look.ks.x > 0 || look.ks.y > 0 || look.ks.z > 0) {
+      // The lobe spread over the voxel's normals: SGGX of the lobe folded into S, as a mirror flake medium (field notes 1.5).
+      const double a = std::clamp(static_cast<double>(look.roughness), static_cast<double>(kMinRoughness), 1.0);
+      const Symmetric lobe = s.rounded(1 - a * a);
+      const V3d h = (v + l).length() > 1e-9 ? (v + l).normalized() : v;
+      const double side = closed ? 1.0 : h.dot(m) < 0 ? 1 - sidedness : 1.0;
+      const double grazing = std::min(cosine / 0.1, 1.0);
+      const double seen = std::sqrt(std::max(lobe.form(v, v), 1e-4));
+      answer += look.ks * static_cast<float>(std::numbers::pi * sggx_density(lobe, h) / (4 * seen) * side * grazing);
+    }
+    sum += answer * color;
+  }
+  return sum;
+}
+
+LitVoxel LitLevel::light_up(const V3i& voxel) const {
+  LitVoxel lit;
+  const V3d centre = level_.grid.centre(voxel);
+  V3d direction = eye_.rays.forward;
+  if (eye_.rays.perspective) {
+    const V3d line = centre - eye_.rays.eye;
+    if (line.length() > 0) direction = line / line.length();
+  }
+  const double tau = depth(voxel, direction);
+  if (!(tau > 0)) return lit;
+  lit.alpha = static_cast<float>(-std::expm1(-tau));
+  // Without any surface grid every voxel is shaded as if its normals went all ways.
+  const bool surface = normal_.at(voxel) || diagonal_.at(voxel) || (!normal_.present() && !diagonal_.present());
+  if (!surface) return lit;
+  lit.known = lit.alpha;
+  lit.light = light_sent(voxel, -direction) * lit.alpha;
+  return lit;
+}
+
+const LitLevel::Block* LitLevel::block_at(const V3i& b) const {
+  if (!inside(b, blocks_)) return nullptr;
+  const std::int32_t i = slot_of_[place(b, blocks_)];
+  if (i < 0) return nullptr;
+  Slot& slot = slots_[static_cast<std::size_t>(i)];
+  std::call_once(slot.once, [&] {
+    auto block = std::make_unique<Block>();
+    for (int k = 0; k < 512; ++k) (*block)[static_cast<std::size_t>(k)] = light_up(V3i(b.x * 8 + (k >> 6), b.y * 8 + (k >> 3 & 7), b.z * 8 + (k & 7)));
+    slot.block = std::move(block);
+  });
+  return slot.block.get();
+}
+
+LitVoxel LitLevel::at(const V3d& p) const {
+  const V3d q = p - V3d(0.5, 0.5, 0.5);
+  if (!(std::abs(q.x) < 1e9 && std::abs(q.y) < 1e9 && std::abs(q.z) < 1e9)) return {};
+  const V3i low(static_cast<int>(std::floor(q.x)), static_cast<int>(std::floor(q.y)), static_cast<int>(std::floor(q.z)));
+  const V3f f(static_cast<float>(q.x - low.x), static_cast<float>(q.y - low.y), static_cast<float>(q.z - low.z));
+  const bool one_block = (low.x & 7) < 7 && (low.y & 7) < 7 && (low.z & 7) < 7;
+  const Block* block = one_block ? block_at(V3i(low.x >> 3, low.y >> 3, low.z >> 3)) : nullptr;
+  LitVoxel sum;
+  if (one_block && !block) return sum;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int dx = corner >> 2, dy = corner >> 1 & 1, dz = corner & 1;
+    const int x = low.x + dx, y = low.y + dy, z = low.z + dz;
+    const Block* b = one_block ? block : block_at(V3i(x >> 3, y >> 3, z >> 3));
+    if (!b) continue;
+    const LitVoxel& voxel = (*b)[static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3 | (z & 7))];
+    const float weight = (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z);
+    sum.alpha += weight * voxel.alpha;
+    sum.known += weight * voxel.known;
+    sum.light += voxel.light * weight;
+  }
+  return sum;
+}
+
+}  // namespace texel

@@ -1,0 +1,88 @@
+#pragma once
+// A pack's level made ready to be looked at: fast lookup, and voxels lit for one eye, block by block when a ray first gets there.
+#include <array>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "bake/shading.h"
+#include "formats/pack.h"
+
+namespace texel {
+
+// One channel of a level, by voxel.
+class Field {
+ public:
+  Field() = default;
+  // Absent where the level has no such channel. Throws Error{kBadInput} where it has other components or fewer values than voxels.
+  Field(const Level& level, const std::string& name, int components);
+
+  [[nodiscard]] bool present() const { return channel_ != nullptr; }
+  // The voxel's values; null where it is not active or outside the grid.
+  [[nodiscard]] const float* at(const V3i& voxel) const;
+  [[nodiscard]] V3f color(const V3i& voxel, const V3f& otherwise) const;
+  [[nodiscard]] float value(const V3i& voxel, float otherwise) const;
+  [[nodiscard]] bool has_block(const V3i& block) const;
+  [[nodiscard]] const Layer* layer() const { return layer_; }
+
+ private:
+  const Layer* layer_ = nullptr;
+  const Channel* channel_ = nullptr;
+  V3i blocks_{0, 0, 0};
+  std::vector<std::int32_t> slots_;  // per block of the grid: 0 none, i + 1 block i, −(i + 1) tile i
+};
+
+// A voxel as the eye sees it.
+struct LitVoxel {
+  float alpha = 0;   // opacity of one voxel edge along the line of sight
+  float known = 0;   // alpha of what has a colour; 0: inside a solid, the ray's last colour goes on
+  V3f light{0, 0, 0};  // light sent to the eye · known
+};
+
+// Where the eye is and what lights the scene.
+struct Eye {
+  Rays rays;
+  std::vector<Light> lights;
+  V3f ambient{0, 0, 0};
+  bool shadows = true;
+};
+
+class LitLevel {
+ public:
+  // Keeps references to `level`, `eye` and `shadow` (null: itself), which must outlive it. Throws as Field; Error{kBadInput} without
+  // the grids "alpha" and "density".
+  LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow);
+
+  [[nodiscard]] const Grid& grid() const { return level_.grid; }
+  // Whether anything is within one voxel of the block; block coordinates are clamped to the grid.
+  [[nodiscard]] bool occupied(V3i block) const;
+  // Trilinear between voxel centres; `p` in voxel space. Thread-safe.
+  [[nodiscard]] LitVoxel at(const V3d& p) const;
+  // Share of light along the segment from `p`, direction `d` (unit), `length`, all in world units. Thread-safe.
+  [[nodiscard]] float transmittance(const V3d& p, const V3d& d, double length) const;
+
+ private:
+  using Block = std::array<LitVoxel, 512>;  // x<<6 | y<<3 | z
+  struct Slot {
+    std::once_flag once;
+    std::unique_ptr<Block> block;
+  };
+
+  [[nodiscard]] const Block* block_at(const V3i& block) const;
+  [[nodiscard]] LitVoxel light_up(const V3i& voxel) const;
+  [[nodiscard]] V3f light_sent(const V3i& voxel, const V3d& to_eye) const;
+  [[nodiscard]] double depth(const V3i& voxel, const V3d& direction) const;
+
+  const Level& level_;
+  const Eye& eye_;
+  const LitLevel* shadow_;
+  Field alpha_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
+  const Field* matter_ = nullptr;
+  V3i blocks_{0, 0, 0};
+  std::vector<char> occupied_;            // per block
+  std::vector<std::int32_t> slot_of_;     // per block: −1 none
+  std::unique_ptr<Slot[]> slots_;
+};
+
+}  // namespace texel
