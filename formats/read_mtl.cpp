@@ -118,6 +118,7 @@ class MtlReader {
   // Options come first, each with a known number of arguments; what follows is the name, blanks included.
   void map(MtlMap& target) {
     MtlMap read;
+    read.where = text_.where();
     for (;;) {
       const std::string_view option = text_.peek_word();
       if (option.size() < 2 || option.front() != '-') break;
@@ -195,7 +196,11 @@ fs::path same_but_case(const fs::path& folder, const std::string& name) {
 int add_texture(const MtlMaterial& mtl, const MtlMap& map, bool raw, Scene& scene, Report& report) {
   const std::string path = find_beside(mtl.path, map.name);
   if (path.empty()) {
-    report.issue("texture-missing", "picture " + shown_as(map.name) + " is not there: the material's colour is used instead", 1, mtl.where);
+    // Named one by one, but not without end.
+    constexpr int kMostNamed = 50;
+    const auto named = std::count_if(report.issues.begin(), report.issues.end(), [](const Issue& i) { return i.id == "texture-missing"; });
+    const std::string which = named < kMostNamed ? "picture " + shown_as(map.name) + " is" : "further pictures are";
+    report.issue("texture-missing", which + " not there: the material's colour is used instead", 1, map.where);
     return -1;
   }
   const std::vector<bool> raws = raw_textures(scene);

@@ -249,14 +249,14 @@ class ObjReader {
   }
 
   void read_library(const std::string& names, const char* at) {
-    if (read_one_library(names)) return;
+    if (missing_libraries_ > kMostLibraries || read_one_library(names)) return;
     // Not one name with blanks: several names.
     std::size_t i = 0;
-    while (i < names.size()) {
+    while (i < names.size() && missing_libraries_ <= kMostLibraries) {
       const std::size_t end = std::min(names.find_first_of(" \t", i), names.size());
       const std::string name = names.substr(i, end - i);
       i = names.find_first_not_of(" \t", end);
-      if (read_one_library(name)) continue;
+      if (read_one_library(name) || ++missing_libraries_ > kMostLibraries) continue;
       report_.issue("mtl-missing", "material library " + shown_as(name) + " is not there", 1, text_.where(at));
     }
   }
@@ -329,10 +329,14 @@ class ObjReader {
     say(not_simple_, "polygon-not-simple", "polygons that cross themselves were cut as fans");
   }
 
+  // Looking for files takes time: a damaged file must not make us look for millions.
+  static constexpr int kMostLibraries = 64;
+
   const Input& input_;
   TextScanner text_;
   Report& report_;
   Scene scene_;
+  int missing_libraries_ = 0;
   std::vector<V3f> colored_;  // as stored, until the scale is known
   double largest_color_ = 0;
   std::int64_t colors_ = 0, late_bad_uvs_ = 0;

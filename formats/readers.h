@@ -22,6 +22,7 @@ struct MtlMap {
   std::string name;              // empty: no such line
   TextureUse use;                // its texture is set by add_mtl_material
   bool channel_chosen = false;   // -imfchan given
+  std::string where;             // FILE:LINE
 };
 
 struct MtlMaterial {

@@ -205,10 +205,13 @@ bool TextScanner::number(double& value) {
 }
 
 std::string TextScanner::where(const char* position) const {
-  std::int64_t line = 1;
-  for (const char* p = begin_; p != position; ++p)
-    if (*p == '\n' || (*p == '\r' && (p + 1 == end_ || p[1] != '\n'))) ++line;
-  return path_ + ":" + std::to_string(line);
+  if (position < counted_to_) {
+    counted_to_ = begin_;
+    line_ = 1;
+  }
+  for (; counted_to_ != position; ++counted_to_)
+    if (*counted_to_ == '\n' || (*counted_to_ == '\r' && (counted_to_ + 1 == end_ || counted_to_[1] != '\n'))) ++line_;
+  return path_ + ":" + std::to_string(line_);
 }
 
 std::string shown_as(std::string_view text) {

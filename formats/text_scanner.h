@@ -82,6 +82,8 @@ class TextScanner {
   bool skip_continuation();
   const char *begin_, *at_, *end_;
   std::string path_;
+  mutable const char* counted_to_ = begin_;  // lines are counted on from the last place asked for
+  mutable std::int64_t line_ = 1;
 };
 
 // A piece of the input for a message: shortened, unprintable bytes as '?'.
