@@ -1,0 +1,55 @@
+#pragma once
+// What every reader promises about its scene, checked by stopping the program.
+#include <cmath>
+#include <cstdlib>
+
+#include "formats/error.h"
+#include "formats/readers.h"
+
+namespace texel {
+
+inline void demand(bool holds) {
+  if (!holds) std::abort();
+}
+
+inline bool in_range(const V3f& c, float most) { return c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x <= most && c.y <= most && c.z <= most; }
+
+inline void check_materials(const Scene& scene) {
+  for (const Material& m : scene.materials) {
+    demand(in_range(m.kd, 1) && in_range(m.ks, 1) && in_range(m.ke, 1e4f));
+    demand(m.roughness >= 0 && m.roughness <= 1 && m.opacity >= 0 && m.opacity <= 1);
+    for (const TextureUse* use : {&m.map_kd, &m.map_d}) {
+      demand(use->texture < static_cast<int>(scene.textures.size()));
+      demand(std::isfinite(use->scale.x) && std::isfinite(use->scale.y) && std::isfinite(use->offset.x) && std::isfinite(use->offset.y));
+    }
+  }
+}
+
+inline void check_scene(const Scene& scene) {
+  const Mesh& mesh = scene.mesh;
+  demand(!mesh.triangles.empty() && !scene.materials.empty());
+  demand(mesh.materials.size() == mesh.triangles.size());
+  demand(mesh.uv_corners.empty() || mesh.uv_corners.size() == mesh.triangles.size());
+  demand(mesh.colors.empty() || mesh.colors.size() == mesh.points.size());
+  for (const V3d& p : mesh.points) demand(std::abs(p.x) <= 1e100 && std::abs(p.y) <= 1e100 && std::abs(p.z) <= 1e100);
+  for (const V2f& uv : mesh.uvs) demand(std::isfinite(uv.x) && std::isfinite(uv.y));
+  for (const V3f& c : mesh.colors) demand(in_range(c, 1));
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t corner : t) demand(corner < mesh.points.size());
+  for (const auto& t : mesh.uv_corners)
+    for (const std::uint32_t corner : t) demand(corner == kNoIndex || corner < mesh.uvs.size());
+  for (const std::uint32_t m : mesh.materials) demand(m < scene.materials.size());
+  check_materials(scene);
+}
+
+template <class Reader>
+void check_reader(Reader reader, std::span<const char> bytes, const char* path) {
+  Report report;
+  try {
+    check_scene(reader({bytes, path}, report));
+  } catch (const Error& e) {
+    demand((e.code == Code::kBadInput || e.code == Code::kUnsupported) && !e.where.empty() && !e.message.empty());
+  }
+}
+
+}  // namespace texel
