@@ -1,1 +1,233 @@
+// The pipeline on one page: Scene -> Pack.
+#include "bake/bake.h"
 
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "bake/color.h"
+#include "bake/levels.h"
+#include "bake/light.h"
+#include "bake/plan.h"
+#include "bake/quantize.h"
+#include "bake/slice.h"
+#include "bake/surface.h"
+#include "bake/texture.h"
+#include "bake/visibility.h"
+#include "formats/error.h"
+
+namespace texel {
+namespace {
+
+void check_recipe(const Recipe& recipe) {
+  const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
+  if (recipe.cyclic[0] || recipe.cyclic[1] || recipe.cyclic[2]) unsupported("--cyclic", "cyclic bakes are not in this version");
+  if (recipe.max_error > 0) unsupported("--max-error", "choosing the samples by error is not in this version");
+  if (recipe.memory > 0) unsupported("--memory", "brick by brick bakes are not in this version");
+  if (recipe.prune > 0) unsupported("--prune", "pruning is not in this version");
+  if (recipe.normals == Normals::kVisible) unsupported("--normals", "visible normals are not in this version");
+  if (recipe.samples < 1 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
+}
+
+MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
+  std::vector<bool> used(scene.materials.size(), false);
+  for (const std::uint32_t m : scene.mesh.materials) used[m] = true;
+  MaterialKinds kinds;
+  for (std::uint32_t m = 0; m < scene.materials.size(); ++m) {
+    if (!used[m]) continue;
+    const Material& material = scene.materials[m];
+    kinds.ks = kinds.ks || material.ks != V3f(0, 0, 0);
+    kinds.roughness = kinds.roughness || material.roughness < 1;
+    kinds.transparency = kinds.transparency || material.opacity < 1;
+    kinds.emission = kinds.emission || material.ke != V3f(0, 0, 0);
+    kinds.cutouts = kinds.cutouts || textures.has_cutouts(m);
+  }
+  return kinds;
+}
+
+int level_count(const Grid& grid, const Recipe& recipe) {
+  if (!recipe.want.levels || recipe.levels == 1) return 1;
+  int levels = 1;
+  for (int longest = std::max({grid.n.x, grid.n.y, grid.n.z}); longest > 1; longest = (longest + 1) / 2) ++levels;
+  return recipe.levels > 0 ? std::min(levels, recipe.levels) : levels;
+}
+
+// The in-plane width the see-in share refers to: the lesser extent of the scene across the stack.
+double width_across(const Plan& plan, const Mesh& mesh, int axis) {
+  Box3d box;
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t) box.extendBy(plan.points[v]);
+  const V3d size = box.size() * plan.grid.h;
+  return std::max(std::min(size[(axis + 1) % 3], size[(axis + 2) % 3]), plan.grid.h);
+}
+
+int slice_count(const Recipe& recipe, const Grid& grid, double width, int axis) {
+  if (recipe.slice_count > 0) return recipe.slice_count;
+  if (recipe.slice_count == 0) return grid.n[axis];
+  return slices_for_angle(grid.n[axis] * grid.h, recipe.see_in * width, recipe.max_angle);
+}
+
+// Lives as long as the tracing: colours of slices, lit where lights are given.
+SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& textures, const Surface& surface, const Recipe& recipe, const RayScene* rays) {
+  const double width = plan.grid.h / recipe.samples;
+  const auto light = [&scene, &plan, &recipe, rays](V3f color, const V3d& voxel_point, const V3d& normal, bool two_sided) {
+    if (recipe.lights.empty()) return color;
+    const V3d point = plan.grid.to_world(voxel_point);
+    (void)scene;
+    return color * irradiance(recipe.lights, rays, point, normal, two_sided);
+  };
+  SliceShader shader;
+  shader.crossing = [&scene, &plan, &textures, &recipe, width, light](const Bundle& bundle, const Crossing& c, double u, double v) {
+    const std::uint32_t material = scene.mesh.materials[c.triangle];
+    V3f color = scene.materials[material].kd;
+    if (textures.textured(material) || !scene.mesh.colors.empty()) {
+      const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
+      color = surface_sample(textures, scene.mesh, c.triangle, b.b1, b.b2, width).color;
+    }
+    if (recipe.lights.empty()) return color;
+    V3d point;
+    point[bundle.axes.u] = u;
+    point[bundle.axes.v] = v;
+    point[bundle.axes.w] = c.w;
+    const auto& t = scene.mesh.triangles[c.triangle];
+    const V3d normal = triangle_normal(plan.points[t[0]], plan.points[t[1]], plan.points[t[2]]) * static_cast<double>(plan.turn[c.triangle]);
+    return light(color, point, normal, plan.two_sided[material]);
+  };
+  shader.voxel = [&surface, light](const V3i& voxel, std::int64_t index) {
+    const Moments& m = surface.moments[static_cast<std::size_t>(index)];
+    if (!(m.covered > 0)) return V3f(-1, -1, -1);
+    const V3f color = V3f(surface.material[static_cast<std::size_t>(index)].color / m.covered);
+    const double length = m.m.length();
+    return light(color, V3d(voxel.x + 0.5, voxel.y + 0.5, voxel.z + 0.5), length > 0 ? m.m / length : V3d(0, 0, 1), !(length > 0));
+  };
+  return shader;
+}
+
+void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double, 3>& widths, VisibilityResult& seen, Pack& pack) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (!recipe.want.slices || !recipe.slice_axes[a]) continue;
+    const auto records = std::make_shared<const SliceRecords>(std::move(seen.slices[a]));
+    for (int level = 0; level <= recipe.slice_levels; ++level) {
+      SliceStack stack = make_stack(records, plan.grid, level);
+      stack.max_angle = angle_for_slices(stack.thickness, recipe.see_in * widths[a]);
+      pack.slices.push_back(std::move(stack));
+      if (pack.slices.back().count == 1) break;
+    }
+  }
+}
+
+void measure(const Plan& plan, std::span<const Surface> surfaces, const VisibilityResult& seen, bool volume, Pack& pack) {
+  double area = 0, covered = 0;
+  V3d color(0, 0, 0);
+  for (const Moments& m : surfaces[0].moments) { area += m.area; covered += m.covered; }
+  for (const MaterialSums& m : surfaces[0].material) color += m.color;
+  const double face = plan.grid.h * plan.grid.h;
+  pack.statistics = plan.statistics;
+  pack.statistics.covered_area = covered * face;
+  if (covered > 0) pack.statistics.mean_color = V3f(color / covered);
+  pack.statistics.border_voxels = surfaces[0].set.count;
+  if (plan.statistics.area > 0)
+    pack.errors.push_back({"area_relative", area * face / plan.statistics.area - 1, "sum over the level-0 voxels against the triangles' areas, before rounding to stored types; a box that cuts the scene counts as missing"});
+  if (!volume) return;
+  pack.statistics.inside_voxels = seen.levels[0].inside_count;
+  if (plan.fill && plan.statistics.volume > 0)
+    pack.errors.push_back({"volume_relative", seen.volume * face * plan.grid.h / plan.statistics.volume - 1,
+                           "sum of solid over the level-0 voxels against the closed components' signed volumes; overlapping components count once in the voxels and twice in the mesh"});
+}
+
+}  // namespace
+
+Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
+  check_recipe(recipe);
+  std::unique_ptr<tbb::global_control> limit;
+  if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
+
+  const Want& want = recipe.want;
+  const bool opacity = want.density || want.visibility;
+  const bool colors = want.color || want.slices;
+  Pack pack;
+
+  // 0. Textures, as far as colour or cut-outs need them.
+  std::unique_ptr<TextureSet> textures;
+  {
+    StageTimer timer(report, "textures");
+    textures = std::make_unique<TextureSet>(scene, colors ? TextureSet::Need::kColor : TextureSet::Need::kCoverage, report);
+  }
+  const MaterialKinds kinds = find_kinds(scene, *textures);
+
+  // 1. The grid, the components and what takes part in the fill.
+  Plan plan;
+  {
+    StageTimer timer(report, "plan");
+    std::vector<bool> cutouts;
+    for (std::uint32_t m = 0; m < scene.materials.size(); ++m) cutouts.push_back(textures->has_cutouts(m));
+    plan = make_plan(scene, recipe, cutouts, report);
+  }
+  pack.grid = plan.grid;
+
+  // 2. Exact moments of the surface in each voxel it meets, then their sums up the levels.
+  std::vector<Surface> surfaces;
+  {
+    StageTimer timer(report, "surface");
+    surfaces.push_back(clip_surface(scene, plan, *textures, colors || want.material || kinds.transparency, report));
+    if (surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
+    const int levels = want.volume() ? level_count(plan.grid, recipe) : 1;
+    while (static_cast<int>(surfaces.size()) < levels) surfaces.push_back(coarser(surfaces.back()));
+  }
+  report.count("border voxels", static_cast<double>(surfaces[0].set.count));
+
+  // 3.–5. Three bundles of axis-parallel rays: opacity at every level, inside, slices.
+  VisibilityResult seen;
+  std::array<double, 3> widths{};
+  {
+    StageTimer timer(report, "crossings");
+    VisibilityOptions options;
+    options.recompute = recipe.level_mode == LevelMode::kRecompute;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      widths[a] = width_across(plan, scene.mesh, axis);
+      options.slice_axes[a] = want.slices && recipe.slice_axes[a];
+      // Colour of the inside needs the inside flags, which the rays along z find.
+      options.volume_axes[a] = opacity || (want.color && plan.fill && axis == 2);
+      options.slice_counts[a] = slice_count(recipe, plan.grid, widths[a], axis);
+    }
+    std::unique_ptr<RayScene> rays;
+    if (want.slices && recipe.shadows && !recipe.lights.empty()) rays = std::make_unique<RayScene>(scene, textures.get());
+    const SliceShader shader = make_shader(scene, plan, *textures, surfaces[0], recipe, rays.get());
+    if (options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] || options.volume_axes[2])
+      seen = see_voxels(scene, plan, *textures, surfaces, recipe, options, shader, report);
+    else
+      seen.levels.resize(surfaces.size());
+  }
+  make_stacks(recipe, plan, widths, seen, pack);
+  measure(plan, surfaces, seen, want.volume(), pack);
+
+  // 6.–9. Level by level: what needs no geometry comes from the level below, then everything becomes grids.
+  if (want.volume()) {
+    StageTimer timer(report, "levels");
+    for (std::size_t l = 0; l < surfaces.size(); ++l) {
+      const Grid grid = plan.grid.level(static_cast<int>(l));
+      if (l > 0) filter_visibility(surfaces[l - 1], seen.levels[l - 1], surfaces[l], grid.n, opacity && recipe.level_mode == LevelMode::kFilter, seen.levels[l]);
+      const ColorField color = want.color ? spread_colors(surfaces[l], seen.levels[l], grid) : ColorField{};
+      pack.levels.push_back(make_level(surfaces[l], seen.levels[l], color, grid, static_cast<int>(l), recipe, kinds));
+      if (report.progress) report.progress("levels", static_cast<double>(l + 1) / static_cast<double>(surfaces.size()));
+    }
+    report.skip(std::to_string(seen.levels[0].inside_blocks.size()) + " blocks of 8x8x8 voxels", "wholly inside: stored as tiles");
+    const std::int64_t blocks = std::int64_t{(plan.grid.n.x + 7) / 8} * ((plan.grid.n.y + 7) / 8) * ((plan.grid.n.z + 7) / 8);
+    const std::int64_t empty = blocks - static_cast<std::int64_t>(surfaces[0].set.blocks.size() + seen.levels[0].inside_blocks.size());
+    report.skip(std::to_string(std::max<std::int64_t>(0, empty)) + " blocks of 8x8x8 voxels", "without surface: not stored unless partly inside");
+  } else {
+    report.skip("volume and levels", "not wanted");
+  }
+  if (!want.slices) report.skip("slices", "not wanted");
+
+  pack.issues = report.issues;
+  pack.skipped = report.skipped;
+  pack.sources = scene.sources;
+  return pack;
+}
+
+}  // namespace texel

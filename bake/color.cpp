@@ -1,1 +1,234 @@
+#include "bake/color.h"
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+
+#include "bake/block_index.h"
+
+namespace texel {
+namespace {
+
+bool before(const V3i& a, const V3i& b) { return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x; }
+
+int bits_of(const Block& b) {
+  int bits = 0;
+  for (const std::uint64_t word : b.mask) bits += __builtin_popcountll(word);
+  return bits;
+}
+
+void number(VoxelSet& set) {
+  set.count = 0;
+  for (Block& b : set.blocks) {
+    b.first = set.count;
+    set.count += bits_of(b);
+  }
+}
+
+// The 10×10×10 neighbourhood of a block as bits: rows along z, bit z+1.
+struct Padded {
+  std::array<std::array<std::uint16_t, 10>, 10> row{};
+
+  Padded(const VoxelSet& set, const BlockIndex& index, const V3i& at) {
+    for (int bx = -1; bx <= 1; ++bx)
+      for (int by = -1; by <= 1; ++by)
+        for (int bz = -1; bz <= 1; ++bz) {
+          const std::int32_t s = index(V3i(at.x + bx, at.y + by, at.z + bz));
+          if (s < 0) continue;
+          const Block& b = set.blocks[static_cast<std::size_t>(s)];
+          const int x0 = bx < 0 ? 7 : 0, x1 = bx > 0 ? 0 : 7, y0 = by < 0 ? 7 : 0, y1 = by > 0 ? 0 : 7;
+          for (int x = x0; x <= x1; ++x)
+            for (int y = y0; y <= y1; ++y) {
+              const auto byte = static_cast<unsigned>((b.mask[static_cast<std::size_t>(x)] >> (y * 8)) & 0xff);
+              const unsigned bits = bz < 0 ? (byte >> 7) & 1u : bz > 0 ? (byte & 1u) << 9 : byte << 1;
+              auto& to = row[static_cast<std::size_t>(x + 8 * bx + 1)][static_cast<std::size_t>(y + 8 * by + 1)];
+              to = static_cast<std::uint16_t>(to | bits);
+            }
+        }
+  }
+
+  // Voxels of the block with a set voxel among them and their 26 neighbours.
+  [[nodiscard]] std::array<std::uint64_t, 8> dilated() const {
+    std::array<std::uint64_t, 8> mask{};
+    for (std::size_t x = 0; x < 8; ++x)
+      for (std::size_t y = 0; y < 8; ++y) {
+        unsigned any = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+          for (std::size_t j = 0; j < 3; ++j) any |= row[x + i][y + j];
+        any |= any << 1 | any >> 1;
+        mask[x] |= std::uint64_t{(any >> 1) & 0xffu} << (y * 8);
+      }
+    return mask;
+  }
+};
+
+std::array<std::uint64_t, 8> within_grid(const V3i& at, const V3i& n) {
+  std::array<std::uint64_t, 8> mask{};
+  const auto used = [](int block, int count) { return std::clamp(count - block * 8, 0, 8); };
+  const int ux = used(at.x, n.x), uy = used(at.y, n.y), uz = used(at.z, n.z);
+  const std::uint64_t byte = (1u << uz) - 1u;
+  std::uint64_t word = 0;
+  for (int y = 0; y < uy; ++y) word |= byte << (8 * y);
+  for (int x = 0; x < ux; ++x) mask[static_cast<std::size_t>(x)] = word;
+  return mask;
+}
+
+struct Colored {
+  VoxelSet set;
+  std::vector<V3f> color;
+};
+
+Colored grow(const Colored& from, const Grid& grid) {
+  const BlockIndex index(from.set, grid.n);
+  std::vector<char> wanted(index.slots.size(), 0);
+  for (const Block& b : from.set.blocks)
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x)
+          if (const V3i at(b.at.x + x, b.at.y + y, b.at.z + z); index.holds(at)) wanted[index.place(at)] = 1;
+  std::vector<Block> candidates;
+  for (int z = 0; z < index.n.z; ++z)
+    for (int y = 0; y < index.n.y; ++y)
+      for (int x = 0; x < index.n.x; ++x)
+        if (wanted[index.place(V3i(x, y, z))]) candidates.emplace_back().at = V3i(x, y, z);
+  tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
+    Block& b = candidates[i];
+    const auto inside = within_grid(b.at, grid.n);
+    const auto mask = Padded(from.set, index, b.at).dilated();
+    for (std::size_t x = 0; x < 8; ++x) b.mask[x] = mask[x] & inside[x];
+  });
+  Colored to;
+  for (const Block& b : candidates)
+    if (bits_of(b) > 0) to.set.blocks.push_back(b);
+  number(to.set);
+  to.color.resize(static_cast<std::size_t>(to.set.count));
+  tbb::parallel_for(std::size_t{0}, to.set.blocks.size(), [&](std::size_t i) {
+    const Block& b = to.set.blocks[i];
+    std::array<std::int32_t, 27> near;
+    for (int n = 0; n < 27; ++n) near[static_cast<std::size_t>(n)] = index(V3i(b.at.x + n / 9 - 1, b.at.y + n / 3 % 3 - 1, b.at.z + n % 3 - 1));
+    const auto color_at = [&](int x, int y, int z) -> const V3f* {
+      const std::int32_t s = near[static_cast<std::size_t>(((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (z >> 3) + 1)];
+      if (s < 0) return nullptr;
+      const Block& n = from.set.blocks[static_cast<std::size_t>(s)];
+      return n.has(x & 7, y & 7, z & 7) ? &from.color[static_cast<std::size_t>(n.index(x & 7, y & 7, z & 7))] : nullptr;
+    };
+    auto out = static_cast<std::size_t>(b.first);
+    for (int x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
+        const int bit = __builtin_ctzll(word), y = bit >> 3, z = bit & 7;
+        V3f& color = to.color[out++];
+        if (const V3f* own = color_at(x, y, z)) { color = *own; continue; }
+        V3f sum(0, 0, 0);
+        int count = 0;
+        for (int dx = -1; dx <= 1; ++dx)
+          for (int dy = -1; dy <= 1; ++dy)
+            for (int dz = -1; dz <= 1; ++dz)
+              if (const V3f* c = color_at(x + dx, y + dy, z + dz)) { sum += *c; ++count; }
+        color = sum / static_cast<float>(std::max(1, count));
+      }
+  });
+  return to;
+}
+
+Colored own_colors(const Surface& surface) {
+  Colored own;
+  for (const Block& b : surface.set.blocks) {
+    Block kept;
+    kept.at = b.at;
+    std::int64_t i = b.first;
+    for (int x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1, ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        if (!(surface.moments[at].covered > 0)) continue;  // all of it cut away
+        kept.mask[static_cast<std::size_t>(x)] |= word & (~word + 1);
+        own.color.push_back(V3f(surface.material[at].color / surface.moments[at].covered));
+      }
+    if (bits_of(kept) > 0) own.set.blocks.push_back(kept);
+  }
+  number(own.set);
+  return own;
+}
+
+}  // namespace
+
+VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b) {
+  VoxelSet all;
+  std::size_t i = 0, j = 0;
+  while (i < a.blocks.size() || j < b.blocks.size()) {
+    const bool take_a = j == b.blocks.size() || (i < a.blocks.size() && !before(b.blocks[j].at, a.blocks[i].at));
+    const bool take_b = i == a.blocks.size() || (j < b.blocks.size() && !before(a.blocks[i].at, b.blocks[j].at));
+    Block block = take_a ? a.blocks[i] : b.blocks[j];
+    if (take_a && take_b)
+      for (std::size_t x = 0; x < 8; ++x) block.mask[x] |= b.blocks[j].mask[x];
+    i += take_a;
+    j += take_b;
+    all.blocks.push_back(block);
+  }
+  number(all);
+  return all;
+}
+
+ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid) {
+  Colored grown = own_colors(surface);
+  for (int i = 0; i < kColorReach; ++i) grown = grow(grown, grid);
+
+  // Mean of each block, then from block to block until every inside block has one.
+  const BlockIndex index(grown.set, grid.n);
+  std::vector<V3f> mean(index.slots.size(), V3f(-1, -1, -1));
+  for (const Block& b : grown.set.blocks) {
+    V3f sum(0, 0, 0);
+    const int bits = bits_of(b);
+    for (int k = 0; k < bits; ++k) sum += grown.color[static_cast<std::size_t>(b.first + k)];
+    mean[index.place(b.at)] = sum / static_cast<float>(bits);
+  }
+  std::vector<V3i> uncolored;
+  for (const Block& b : seen.inside.blocks)
+    if (mean[index.place(b.at)].x < 0) uncolored.push_back(b.at);
+  for (const V3i& at : seen.inside_blocks)
+    if (mean[index.place(at)].x < 0) uncolored.push_back(at);
+  while (!uncolored.empty()) {
+    std::vector<std::pair<V3i, V3f>> found;
+    std::vector<V3i> left;
+    for (const V3i& at : uncolored) {
+      V3f sum(0, 0, 0);
+      int count = 0;
+      for (int n = 0; n < 27; ++n)
+        if (const V3i near(at.x + n / 9 - 1, at.y + n / 3 % 3 - 1, at.z + n % 3 - 1); index.holds(near) && mean[index.place(near)].x >= 0) {
+          sum += mean[index.place(near)];
+          ++count;
+        }
+      if (count > 0) found.emplace_back(at, sum / static_cast<float>(count));
+      else left.push_back(at);
+    }
+    if (found.empty()) {  // inside a surface that was all cut away: nothing has a colour
+      for (const V3i& at : left) mean[index.place(at)] = V3f(0, 0, 0);
+      break;
+    }
+    for (const auto& [at, color] : found) mean[index.place(at)] = color;
+    uncolored = std::move(left);
+  }
+
+  ColorField field;
+  // Whole inside blocks are tiles; voxels that spreading reached within them give way.
+  VoxelSet reached;
+  const auto is_tile = [&](const V3i& at) { return std::binary_search(seen.inside_blocks.begin(), seen.inside_blocks.end(), at, before); };
+  for (const Block& b : grown.set.blocks)
+    if (!is_tile(b.at)) reached.blocks.push_back(b);
+  field.set = join_sets(reached, seen.inside);
+  field.color.resize(static_cast<std::size_t>(field.set.count));
+  for (const Block& b : field.set.blocks) {
+    const std::int32_t s = index(b.at);
+    auto out = static_cast<std::size_t>(b.first);
+    for (int x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
+        const int bit = __builtin_ctzll(word), y = bit >> 3, z = bit & 7;
+        const Block* from = s >= 0 ? &grown.set.blocks[static_cast<std::size_t>(s)] : nullptr;
+        field.color[out++] = from && from->has(x, y, z) ? grown.color[static_cast<std::size_t>(from->index(x, y, z))] : mean[index.place(b.at)];
+      }
+  }
+  for (const V3i& at : seen.inside_blocks) field.tiles.push_back(mean[index.place(at)]);
+  return field;
+}
+
+}  // namespace texel

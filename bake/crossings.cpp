@@ -1,1 +1,287 @@
+#include "bake/crossings.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace texel {
+namespace {
+
+constexpr std::int64_t kOne = std::int64_t{1} << kFixedBits;
+// Products of differences of coordinates below this fit int64; beyond, a triangle takes the 128-bit path.
+constexpr std::int64_t kNarrow = std::int64_t{1} << 29;
+// Coordinates are clamped here, 2⁴⁰ voxels away; only the direction of what lies beyond can still matter.
+constexpr double kFar = 0x1p40;
+
+int lattice_generator(int n) {
+  int best = 1;
+  std::int64_t best_distance = -1;
+  for (int g = 1; g < n; ++g) {
+    if (std::gcd(g, n) != 1) continue;
+    std::int64_t least = std::int64_t{n} * n;
+    for (int r = 1; r < n; ++r) {  // distances on the torus from point 0; a lattice looks the same from all of them
+      const std::int64_t du = std::min<std::int64_t>(std::int64_t{r} * g % n, n - std::int64_t{r} * g % n);
+      const std::int64_t dv = std::min(r, n - r);
+      least = std::min(least, du * du + dv * dv);
+      if (least <= best_distance) break;
+    }
+    if (least > best_distance) { best_distance = least; best = g; }
+  }
+  return best;
+}
+
+template <class Wide>
+struct Edge {
+  std::int64_t x, y;
+  Wide dx, dy;
+  bool closed;         // a ray exactly on the edge belongs to this triangle (top-left rule)
+  double slope;        // dx/dy, 0 where dy = 0
+  [[nodiscard]] Wide value(std::int64_t u, std::int64_t v) const { return dx * Wide(v - y) - dy * Wide(u - x); }
+  [[nodiscard]] bool holds(std::int64_t u, std::int64_t v) const {
+    const Wide e = value(u, v);
+    return e > 0 || (e == 0 && closed);
+  }
+};
+
+struct Rasteriser {
+  const Bundle& bundle;
+  Band& band;
+  BandScratch& scratch;
+
+  // First pattern row at or above fixed-point v: voxel row · rows + row.
+  [[nodiscard]] std::int64_t row_at(std::int64_t v) const {
+    const auto& rows = bundle.pattern.v;
+    const std::int64_t voxel = v >> kFixedBits;
+    const int inside = static_cast<int>(v & (kOne - 1));
+    auto guess = static_cast<std::int64_t>((static_cast<std::int64_t>(inside) * bundle.pattern.rows) >> kFixedBits);
+    while (guess > 0 && rows[static_cast<std::size_t>(guess) - 1] >= inside) --guess;
+    while (guess < bundle.pattern.rows && rows[static_cast<std::size_t>(guess)] < inside) ++guess;
+    return voxel * bundle.pattern.rows + guess;
+  }
+
+  void triangle(std::uint32_t t) {
+    const auto& tri = bundle.scene->mesh.triangles[t];
+    std::int64_t x[3], y[3];
+    bool narrow = true;
+    for (int i = 0; i < 3; ++i) {
+      x[i] = bundle.points[2 * std::size_t{tri[static_cast<std::size_t>(i)]}];
+      y[i] = bundle.points[2 * std::size_t{tri[static_cast<std::size_t>(i)]} + 1];
+      narrow = narrow && std::abs(x[i]) < kNarrow && std::abs(y[i]) < kNarrow;
+    }
+    const std::int64_t top = std::max({y[0], y[1], y[2]}), low = std::min({y[0], y[1], y[2]});
+    const std::int64_t from = std::max(low, std::int64_t{band.v0} << kFixedBits);
+    const std::int64_t to = std::min(top, (std::int64_t{band.v1} << kFixedBits) - 1);
+    if (from > to) return;
+    const std::int64_t row0 = row_at(from), row1 = row_at(to + 1);
+    if (row0 >= row1) return;
+    const std::int64_t left = std::min({x[0], x[1], x[2]}), right = std::max({x[0], x[1], x[2]});
+    if (right < 0 || left > std::int64_t{bundle.nu} << kFixedBits) return;
+    if (narrow) fill<std::int64_t>(t, x, y, row0, row1);
+    else fill<__int128>(t, x, y, row0, row1);
+  }
+
+  template <class Wide>
+  void fill(std::uint32_t t, const std::int64_t* x, const std::int64_t* y, std::int64_t row0, std::int64_t row1) {
+    // Doubles place the ends of a row within this many units; rays that near an end are decided exactly.
+    constexpr int kUnsure = sizeof(Wide) == 8 ? 1 : 1024;
+    const Wide area = Wide(x[1] - x[0]) * Wide(y[2] - y[0]) - Wide(x[2] - x[0]) * Wide(y[1] - y[0]);
+    if (area == 0) return;
+    const int order[3] = {0, area > 0 ? 1 : 2, area > 0 ? 2 : 1};  // counter-clockwise in (u, v)
+    Edge<Wide> edge[3];  // edge i is opposite corner order[i]
+    for (int i = 0; i < 3; ++i) {
+      const int a = order[(i + 1) % 3], b = order[(i + 2) % 3];
+      const std::int64_t dx = x[b] - x[a], dy = y[b] - y[a];
+      edge[i] = {x[a], y[a], Wide(dx), Wide(dy), dy < 0 || (dy == 0 && dx < 0), dy == 0 ? 0.0 : static_cast<double>(dx) / static_cast<double>(dy)};
+    }
+    const Shade shade = make_shade(t, area > 0, static_cast<double>(area > 0 ? area : -area), order);
+    const RayPattern& pattern = bundle.pattern;
+    for (std::int64_t row = row0; row < row1; ++row) {
+      const std::int64_t voxel_row = row / pattern.rows;
+      const auto r = static_cast<std::size_t>(row - voxel_row * pattern.rows);
+      const std::int64_t v = (voxel_row << kFixedBits) + pattern.v[r];
+      double lo = -1, hi = static_cast<double>(std::int64_t{bundle.nu} << kFixedBits);
+      for (const Edge<Wide>& e : edge) {
+        if (e.dy == 0) continue;
+        const double at = static_cast<double>(e.x) + static_cast<double>(v - e.y) * e.slope;
+        if (e.dy < 0) lo = std::max(lo, at);
+        else hi = std::min(hi, at);
+      }
+      if (hi < lo - 2 * kUnsure) continue;
+      for (int j = 0; j < pattern.per_row; ++j) {
+        const int offset = pattern.u[r * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j)];
+        const std::int64_t first = std::max<std::int64_t>(0, (static_cast<std::int64_t>(std::floor(lo)) - kUnsure - offset + kOne - 1) >> kFixedBits);
+        const std::int64_t last = std::min<std::int64_t>(bundle.nu - 1, (static_cast<std::int64_t>(std::ceil(hi)) + kUnsure - offset) >> kFixedBits);
+        for (std::int64_t column = first; column <= last; ++column) {
+          const std::int64_t u = (column << kFixedBits) + offset;
+          const auto at = static_cast<double>(u);
+          if (!(at > lo + kUnsure && at < hi - kUnsure) && !(edge[0].holds(u, v) && edge[1].holds(u, v) && edge[2].holds(u, v))) continue;
+          const double e1 = static_cast<double>(edge[1].value(u, v)), e2 = static_cast<double>(edge[2].value(u, v));
+          const auto ray = ((static_cast<std::size_t>(row) - static_cast<std::size_t>(band.v0) * static_cast<std::size_t>(pattern.rows)) * static_cast<std::size_t>(bundle.nu) +
+                            static_cast<std::size_t>(column)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
+          emit(shade, static_cast<std::uint32_t>(ray), e1 * shade.inverse_area, e2 * shade.inverse_area);
+        }
+      }
+    }
+  }
+
+  // What a triangle's crossings share.
+  struct Shade {
+    std::uint32_t triangle;
+    double inverse_area;
+    double w0, d1, d2, low, high;   // depth = w0 + b1·d1 + b2·d2 for the ordered corners, held within [low, high]
+    bool swapped;                   // ordered corner 1 is the triangle's corner 2
+    bool up;                        // the turned normal points along +w
+    std::int8_t enters, winding;
+    bool cut_out;
+    std::uint32_t material;
+    float footprint;                // uv
+  };
+
+  Shade make_shade(std::uint32_t t, bool ccw, double area, const int* order) const {
+    const auto& tri = bundle.scene->mesh.triangles[t];
+    double w[3];
+    for (int i = 0; i < 3; ++i) w[i] = bundle.plan->points[tri[static_cast<std::size_t>(order[i])]][bundle.axes.w];
+    Shade s;
+    s.triangle = t;
+    s.inverse_area = 1 / area;
+    s.w0 = w[0];
+    s.d1 = w[1] - w[0];
+    s.d2 = w[2] - w[0];
+    s.low = std::min({w[0], w[1], w[2]});
+    s.high = std::max({w[0], w[1], w[2]});
+    s.swapped = !ccw;
+    // (u, v, w) is right-handed for z and x, left-handed for y.
+    const bool right_handed = bundle.axis != 1;
+    s.up = (ccw == right_handed) == (bundle.plan->turn[t] > 0);
+    s.enters = s.up ? -1 : 1;
+    s.winding = bundle.plan->winding[t] ? s.enters : std::int8_t{0};
+    s.material = bundle.scene->mesh.materials[t];
+    s.cut_out = bundle.textures->has_cutouts(s.material);
+    s.footprint = s.cut_out ? uv_per_world(bundle.scene->mesh, t) * static_cast<float>(bundle.plan->grid.h / std::sqrt(bundle.pattern.rays())) : 0;
+    return s;
+  }
+
+  void emit(const Shade& s, std::uint32_t ray, double b1, double b2) {
+    Crossing c;
+    c.w = std::clamp(s.w0 + b1 * s.d1 + b2 * s.d2, s.low, s.high);
+    const double wall = std::floor(std::clamp(c.w, -2.0, bundle.nw + 2.0));
+    c.cell = static_cast<std::int32_t>(wall) - (s.up && c.w == wall ? 1 : 0);
+    c.triangle = s.triangle;
+    c.enters = s.enters;
+    c.winding = s.winding;
+    c.coverage = 1;
+    if (s.cut_out) {
+      const V2f uv = s.swapped ? uv_at(bundle.scene->mesh, s.triangle, b2, b1) : uv_at(bundle.scene->mesh, s.triangle, b1, b2);
+      c.coverage = bundle.textures->coverage(s.material, uv, s.footprint);
+      if (c.coverage <= 0 && c.winding == 0) return;
+    }
+    scratch.found.push_back(c);
+    scratch.ray.push_back(ray);
+  }
+};
+
+}  // namespace
+
+RayPattern make_pattern(Pattern kind, int samples) {
+  RayPattern p;
+  const int all = samples * samples;
+  p.rows = kind == Pattern::kLattice ? all : samples;
+  p.per_row = kind == Pattern::kLattice ? 1 : samples;
+  const int g = kind == Pattern::kLattice ? lattice_generator(all) : 0;
+  const auto middle = [](std::int64_t i, int n) { return static_cast<int>((2 * i + 1) * (kOne / 2) / n); };
+  for (int r = 0; r < p.rows; ++r) {
+    p.v.push_back(middle(r, p.rows));
+    for (int j = 0; j < p.per_row; ++j)
+      p.u.push_back(kind == Pattern::kLattice ? middle(std::int64_t{r} * g % all, all) : middle(j, samples));
+  }
+  return p;
+}
+
+Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textures, const Recipe& recipe, int axis) {
+  Bundle b;
+  b.scene = &scene;
+  b.plan = &plan;
+  b.textures = &textures;
+  b.pattern = make_pattern(recipe.pattern, recipe.samples);
+  b.axis = axis;
+  b.axes = bundle_axes(axis);
+  b.nu = plan.grid.n[b.axes.u];
+  b.nv = plan.grid.n[b.axes.v];
+  b.nw = plan.grid.n[b.axes.w];
+  // About a quarter of a million rays a band: some tens of bands to share out, crossings that stay in the cache.
+  const std::int64_t row_rays = std::int64_t{b.nu} * b.pattern.rays();
+  b.band_rows = 8;
+  while (b.band_rows > 1 && row_rays * b.band_rows > (1 << 18)) b.band_rows /= 2;
+  b.bands = (b.nv + b.band_rows - 1) / b.band_rows;
+
+  b.points.resize(plan.points.size() * 2);
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    for (int k = 0; k < 2; ++k)
+      b.points[2 * i + static_cast<std::size_t>(k)] =
+          std::llround(std::clamp(plan.points[i][k == 0 ? b.axes.u : b.axes.v], -kFar, kFar) * static_cast<double>(kOne));
+
+  const auto range = [&](const std::array<std::uint32_t, 3>& t, std::int64_t& b0, std::int64_t& b1) {
+    const std::int64_t y0 = b.points[2 * std::size_t{t[0]} + 1], y1 = b.points[2 * std::size_t{t[1]} + 1], y2 = b.points[2 * std::size_t{t[2]} + 1];
+    b0 = std::max<std::int64_t>(0, (std::min({y0, y1, y2}) >> kFixedBits) / b.band_rows);
+    b1 = std::min<std::int64_t>(b.bands - 1, (std::max({y0, y1, y2}) >> kFixedBits) / b.band_rows);
+    return std::max({y0, y1, y2}) >= 0;
+  };
+  b.first.assign(static_cast<std::size_t>(b.bands) + 1, 0);
+  std::int64_t b0 = 0, b1 = 0;
+  for (const auto& t : scene.mesh.triangles)
+    if (range(t, b0, b1))
+      for (std::int64_t i = b0; i <= b1; ++i) ++b.first[static_cast<std::size_t>(i) + 1];
+  for (std::size_t i = 0; i < static_cast<std::size_t>(b.bands); ++i) b.first[i + 1] += b.first[i];
+  b.bins.resize(b.first.back());
+  std::vector<std::size_t> at(b.first.begin(), b.first.end() - 1);
+  for (std::uint32_t t = 0; t < scene.mesh.triangles.size(); ++t)
+    if (range(scene.mesh.triangles[t], b0, b1))
+      for (std::int64_t i = b0; i <= b1; ++i) b.bins[at[static_cast<std::size_t>(i)]++] = t;
+  return b;
+}
+
+void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch) {
+  out.v0 = band * bundle.band_rows;
+  out.v1 = std::min(bundle.nv, out.v0 + bundle.band_rows);
+  scratch.found.clear();
+  scratch.ray.clear();
+  Rasteriser rasteriser{bundle, out, scratch};
+  const auto b = static_cast<std::size_t>(band);
+  for (std::size_t i = bundle.first[b]; i < bundle.first[b + 1]; ++i) rasteriser.triangle(bundle.bins[i]);
+
+  // Counting sort by ray keeps triangle order; then each short list by depth.
+  const std::size_t rays = static_cast<std::size_t>(out.v1 - out.v0) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.pattern.rays());
+  out.first.assign(rays + 1, 0);
+  for (const std::uint32_t r : scratch.ray) ++out.first[r + 1];
+  for (std::size_t r = 0; r < rays; ++r) out.first[r + 1] += out.first[r];
+  out.crossings.resize(scratch.found.size());
+  for (std::size_t i = scratch.found.size(); i-- > 0;) out.crossings[--out.first[scratch.ray[i] + 1]] = scratch.found[i];
+  // Each end was counted down to its own start: shift back.
+  for (std::size_t r = 0; r < rays; ++r) out.first[r] = out.first[r + 1];
+  out.first[rays] = static_cast<std::uint32_t>(out.crossings.size());
+
+  const auto before = [](const Crossing& a, const Crossing& b2) { return a.w != b2.w ? a.w < b2.w : a.triangle < b2.triangle; };
+  for (std::size_t r = 0; r < rays; ++r) {
+    const auto lo = out.crossings.begin() + out.first[r], hi = out.crossings.begin() + out.first[r + 1];
+    if (hi - lo > 16) {
+      std::sort(lo, hi, before);
+      continue;
+    }
+    for (auto i = lo; i != hi; ++i)
+      for (auto j = i; j != lo && before(*j, *(j - 1)); --j) std::swap(*j, *(j - 1));
+  }
+}
+
+Barycentrics crossing_barycentrics(const Bundle& bundle, std::uint32_t triangle, double u, double v) {
+  const auto& tri = bundle.scene->mesh.triangles[triangle];
+  const auto x = [&](int i) { return bundle.plan->points[tri[static_cast<std::size_t>(i)]][bundle.axes.u]; };
+  const auto y = [&](int i) { return bundle.plan->points[tri[static_cast<std::size_t>(i)]][bundle.axes.v]; };
+  const double area = (x(1) - x(0)) * (y(2) - y(0)) - (x(2) - x(0)) * (y(1) - y(0));
+  if (area == 0) return {1.0 / 3, 1.0 / 3};
+  // Held within the triangle: the fixed-point outline may be 2⁻¹⁷ voxel wider than the plane's own.
+  const double b1 = std::clamp(((u - x(0)) * (y(2) - y(0)) - (x(2) - x(0)) * (v - y(0))) / area, 0.0, 1.0);
+  const double b2 = std::clamp(((x(1) - x(0)) * (v - y(0)) - (u - x(0)) * (y(1) - y(0))) / area, 0.0, 1.0 - b1);
+  return {b1, b2};
+}
+
+}  // namespace texel

@@ -1,1 +1,130 @@
+#include "bake/levels.h"
 
+#include <algorithm>
+#include <array>
+
+#include "bake/block_index.h"
+
+namespace texel {
+namespace {
+
+// Index among a set's values, or −1.
+std::int64_t find(const VoxelSet& set, const BlockIndex& index, const V3i& voxel) {
+  const std::int32_t b = index(V3i(voxel.x >> 3, voxel.y >> 3, voxel.z >> 3));
+  if (b < 0) return -1;
+  const Block& block = set.blocks[static_cast<std::size_t>(b)];
+  return block.has(voxel.x & 7, voxel.y & 7, voxel.z & 7) ? block.index(voxel.x & 7, voxel.y & 7, voxel.z & 7) : -1;
+}
+
+template <class Call>
+void for_each_voxel(const VoxelSet& set, Call&& call) {
+  for (const Block& b : set.blocks) {
+    std::int64_t index = b.first;
+    for (int x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
+        const int bit = __builtin_ctzll(word);
+        call(V3i(b.at.x * 8 + x, b.at.y * 8 + (bit >> 3), b.at.z * 8 + (bit & 7)), index++);
+      }
+  }
+}
+
+// One block of children, 2×2×2 bits into one where all eight are set, into its octant of the parent.
+void merge_mask(const std::array<std::uint64_t, 8>& child, const V3i& octant, std::array<std::uint64_t, 8>& parent) {
+  for (int x = 0; x < 4; ++x) {
+    std::uint64_t all = child[static_cast<std::size_t>(2 * x)] & child[static_cast<std::size_t>(2 * x + 1)];
+    all &= all >> 1;
+    all &= all >> 8;
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 4; ++z)
+        if ((all >> (2 * y << 3 | 2 * z)) & 1u)
+          parent[static_cast<std::size_t>(octant.x * 4 + x)] |= std::uint64_t{1} << ((octant.y * 4 + y) << 3 | (octant.z * 4 + z));
+  }
+}
+
+void merge_inside(const Visibility& fine, const V3i& coarse_voxels, Visibility& coarse) {
+  const V3i n((coarse_voxels.x + 7) / 8, (coarse_voxels.y + 7) / 8, (coarse_voxels.z + 7) / 8);
+  std::vector<std::int32_t> slot(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z), -1);
+  std::vector<Block> parents;
+  std::array<std::uint64_t, 8> full;
+  full.fill(~std::uint64_t{0});
+  const auto merge = [&](const V3i& at, const std::array<std::uint64_t, 8>& mask) {
+    const V3i up(at.x >> 1, at.y >> 1, at.z >> 1);
+    std::int32_t& s = slot[(static_cast<std::size_t>(up.z) * static_cast<std::size_t>(n.y) + static_cast<std::size_t>(up.y)) * static_cast<std::size_t>(n.x) + static_cast<std::size_t>(up.x)];
+    if (s < 0) {
+      s = static_cast<std::int32_t>(parents.size());
+      parents.emplace_back().at = up;
+    }
+    merge_mask(mask, V3i(at.x & 1, at.y & 1, at.z & 1), parents[static_cast<std::size_t>(s)].mask);
+  };
+  for (const Block& b : fine.inside.blocks) merge(b.at, b.mask);
+  for (const V3i& at : fine.inside_blocks) merge(at, full);
+  for (const std::int32_t s : slot) {
+    if (s < 0) continue;
+    Block& b = parents[static_cast<std::size_t>(s)];
+    int bits = 0;
+    for (const std::uint64_t word : b.mask) bits += __builtin_popcountll(word);
+    coarse.inside_count += bits;
+    if (bits == 512) coarse.inside_blocks.push_back(b.at);
+    if (bits == 0 || bits == 512) continue;
+    b.first = coarse.inside.count;
+    coarse.inside.count += bits;
+    coarse.inside.blocks.push_back(b);
+  }
+}
+
+}  // namespace
+
+void filter_visibility(const Surface& fine, const Visibility& fine_seen, const Surface& coarse, const V3i& coarse_voxels, bool opacity, Visibility& coarse_seen) {
+  const auto count = static_cast<std::size_t>(coarse.set.count);
+  const BlockIndex parents(coarse.set, coarse_voxels);
+  std::vector<double> solid(count, 0.0);
+  std::array<std::vector<double>, 3> crossings;
+  // Opacity: per parent and axis, the share that passes each of the four columns.
+  std::array<std::vector<std::array<float, 4>>, 3> open;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!fine_seen.crossings[a].empty()) crossings[a].assign(count, 0.0);
+    if (opacity && !fine_seen.alpha[a].empty()) open[a].assign(count, {1, 1, 1, 1});
+  }
+  const auto pass = [&](std::size_t axis, std::int64_t parent, const V3i& voxel, float alpha) {
+    const int u = axis == 0 ? voxel.y & 1 : voxel.x & 1, v = axis == 2 ? voxel.y & 1 : voxel.z & 1;
+    open[axis][static_cast<std::size_t>(parent)][static_cast<std::size_t>(u + 2 * v)] *= 1 - alpha;
+  };
+  for_each_voxel(fine.set, [&](const V3i& voxel, std::int64_t i) {
+    const std::int64_t p = find(coarse.set, parents, V3i(voxel.x >> 1, voxel.y >> 1, voxel.z >> 1));
+    const auto from = static_cast<std::size_t>(i), to = static_cast<std::size_t>(p);
+    if (!fine_seen.solid.empty()) solid[to] += static_cast<double>(fine_seen.solid[from]) / 8;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!crossings[a].empty()) crossings[a][to] += static_cast<double>(fine_seen.crossings[a][from]) / 4;
+      if (!open[a].empty()) pass(a, p, voxel, fine_seen.alpha[a][from]);
+    }
+  });
+  // Inside children of a border parent. Whole inside blocks are at most half of a parent block and are visited voxel by voxel only
+  // where the parent block holds border voxels at all.
+  const auto inside_child = [&](const V3i& voxel) {
+    const std::int64_t p = find(coarse.set, parents, V3i(voxel.x >> 1, voxel.y >> 1, voxel.z >> 1));
+    if (p < 0) return;
+    solid[static_cast<std::size_t>(p)] += 1.0 / 8;
+    for (std::size_t a = 0; a < 3; ++a)
+      if (!open[a].empty()) pass(a, p, voxel, 1);
+  };
+  for_each_voxel(fine_seen.inside, [&](const V3i& voxel, std::int64_t) { inside_child(voxel); });
+  for (const V3i& at : fine_seen.inside_blocks) {
+    if (parents(V3i(at.x >> 1, at.y >> 1, at.z >> 1)) < 0) continue;
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y)
+        for (int z = 0; z < 8; ++z) inside_child(V3i(at.x * 8 + x, at.y * 8 + y, at.z * 8 + z));
+  }
+  coarse_seen.solid.assign(solid.begin(), solid.end());
+  for (std::size_t a = 0; a < 3; ++a) {
+    coarse_seen.crossings[a].assign(crossings[a].begin(), crossings[a].end());
+    if (open[a].empty()) continue;
+    coarse_seen.alpha[a].resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto& o = open[a][i];
+      coarse_seen.alpha[a][i] = 1 - (o[0] + o[1] + o[2] + o[3]) / 4;
+    }
+  }
+  merge_inside(fine_seen, coarse_voxels, coarse_seen);
+}
+
+}  // namespace texel

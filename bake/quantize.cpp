@@ -1,1 +1,161 @@
+#include "bake/quantize.h"
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace texel {
+namespace {
+
+// A channel filled by fill(i) -> V3d (or its x) for each voxel of the layer, in parallel.
+template <class Fill>
+Channel make_channel(const std::string& name, int components, std::int64_t count, Fill&& fill) {
+  Channel c;
+  c.name = name;
+  c.components = components;
+  c.values.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(components));
+  tbb::parallel_for(std::int64_t{0}, (count + 4095) / 4096, [&](std::int64_t chunk) {
+    for (std::int64_t i = chunk * 4096; i < std::min(count, (chunk + 1) * 4096); ++i) {
+      const V3d v = fill(static_cast<std::size_t>(i));
+      for (int k = 0; k < components; ++k) c.values[static_cast<std::size_t>(i) * static_cast<std::size_t>(components) + static_cast<std::size_t>(k)] = static_cast<float>(v[k]);
+    }
+  });
+  return c;
+}
+
+// Half floats end at 65504 and lose digits below 6.1e-5.
+bool half_holds(const Channel& c) {
+  const auto bad = [](float v) { const float a = std::abs(v); return a > 65504.0f || (a > 0 && a < 6.1035e-5f); };
+  return std::none_of(c.values.begin(), c.values.end(), bad) && std::none_of(c.tiles.begin(), c.tiles.end(), bad);
+}
+
+// For each voxel of `all`, its index in `part`, or −1.
+std::vector<std::int64_t> indices_in(const VoxelSet& all, const VoxelSet& part) {
+  std::vector<std::int64_t> to(static_cast<std::size_t>(all.count), -1);
+  std::size_t p = 0;
+  for (const Block& b : all.blocks) {
+    if (p == part.blocks.size()) break;
+    const Block& q = part.blocks[p];
+    if (q.at != b.at) continue;
+    ++p;
+    auto out = static_cast<std::size_t>(b.first);
+    std::int64_t in = q.first;
+    for (std::size_t x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[x]; word; word &= word - 1, ++out)
+        if (q.mask[x] & word & (~word + 1)) to[out] = in++;
+  }
+  return to;
+}
+
+Layer matter_layer(const Surface& surface, const Visibility& seen, const Grid& grid, const Recipe& recipe) {
+  Layer layer;
+  layer.set = join_sets(surface.set, seen.inside);
+  layer.tiles = seen.inside_blocks;
+  const std::vector<std::int64_t> border = indices_in(layer.set, surface.set);
+  const auto tiles = [&](Channel& c, double value) {
+    c.tiles.assign(layer.tiles.size() * static_cast<std::size_t>(c.components), static_cast<float>(value));
+  };
+  const auto alpha = [&](std::size_t i) {
+    const std::int64_t b = border[i];
+    if (b < 0) return V3d(1, 1, 1);
+    const auto at = static_cast<std::size_t>(b);
+    return V3d(static_cast<double>(seen.alpha[0][at]), static_cast<double>(seen.alpha[1][at]), static_cast<double>(seen.alpha[2][at]));
+  };
+  if (recipe.want.density) {
+    const double cap = recipe.max_depth;
+    Channel c = make_channel("density", 1, layer.set.count, [&](std::size_t i) {
+      V3d a = alpha(i);
+      if (const std::int64_t b = border[i]; b >= 0 && !surface.material.empty()) {
+        const auto at = static_cast<std::size_t>(b);
+        // Solid parts are opaque; transparency belongs to what surface there is.
+        if (seen.solid.empty() || seen.solid[at] <= 0)
+          if (const double covered = surface.moments[at].covered; covered > 0) a *= 1 - surface.material[at].transparency / covered;
+      }
+      double depth = 0;
+      for (int k = 0; k < 3; ++k) depth += a[k] < 1 ? std::min(cap, -std::log1p(-a[k])) : cap;
+      return V3d(depth / 3 / grid.h, 0, 0);
+    });
+    tiles(c, cap / grid.h);
+    c.full_float = !half_holds(c);
+    layer.channels.push_back(std::move(c));
+  }
+  if (recipe.want.visibility) {
+    layer.channels.push_back(make_channel("alpha", 3, layer.set.count, alpha));
+    tiles(layer.channels.back(), 1);
+    layer.channels.push_back(make_channel("solid", 1, layer.set.count, [&](std::size_t i) {
+      return V3d(border[i] < 0 ? 1.0 : seen.solid.empty() ? 0.0 : static_cast<double>(seen.solid[static_cast<std::size_t>(border[i])]), 0, 0);
+    }));
+    tiles(layer.channels.back(), 1);
+  }
+  return layer;
+}
+
+void add_ndf(const Surface& surface, const Recipe& recipe, Layer& layer) {
+  const std::int64_t count = surface.set.count;
+  std::vector<Symmetric> s(static_cast<std::size_t>(count));
+  tbb::parallel_for(std::int64_t{0}, (count + 1023) / 1024, [&](std::int64_t chunk) {
+    for (std::int64_t i = chunk * 1024; i < std::min(count, (chunk + 1) * 1024); ++i) s[static_cast<std::size_t>(i)] = sggx(surface.moments[static_cast<std::size_t>(i)]);
+  });
+  if (recipe.ndf == NdfKind::kSggx) {
+    layer.channels.push_back(make_channel("S_diag", 3, count, [&](std::size_t i) { return V3d(s[i].xx, s[i].yy, s[i].zz); }));
+    layer.channels.push_back(make_channel("S_off", 3, count, [&](std::size_t i) { return V3d(s[i].xy, s[i].xz, s[i].yz); }));
+    return;
+  }
+  std::vector<StoredAxes> axes(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < axes.size(); ++i) axes[i] = recipe.ndf == NdfKind::kNeyret ? neyret_axes(s[i]) : ratib_axes(s[i]);
+  layer.channels.push_back(make_channel("axis_1", 3, count, [&](std::size_t i) { return V3d(axes[i].axis_1); }));
+  layer.channels.push_back(make_channel("axis_2", 3, count, [&](std::size_t i) { return V3d(axes[i].axis_2); }));
+}
+
+Layer surface_layer(const Surface& surface, const Visibility& seen, int level, const Recipe& recipe, const MaterialKinds& kinds) {
+  Layer layer;
+  layer.set = surface.set;
+  const std::int64_t count = surface.set.count;
+  const double face = std::pow(4.0, level);  // level-0 voxel faces in one of this level's
+  const auto over_covered = [&](std::size_t i, const V3d& sum) {
+    const double covered = surface.moments[i].covered;
+    return covered > 0 ? sum / covered : V3d(0, 0, 0);
+  };
+  const auto add = [&](const std::string& name, int components, auto&& fill) { layer.channels.push_back(make_channel(name, components, count, fill)); };
+  if (recipe.want.ndf || recipe.want.normal) {
+    add("area", 1, [&](std::size_t i) { return V3d(surface.moments[i].area / face, 0, 0); });
+    if (kinds.cutouts)
+      add("coverage", 1, [&](std::size_t i) { return V3d(surface.moments[i].area > 0 ? surface.moments[i].covered / surface.moments[i].area : 0, 0, 0); });
+  }
+  if (recipe.want.normal) add("normal", 3, [&](std::size_t i) { return over_covered(i, surface.moments[i].m); });
+  if (recipe.want.ndf) add_ndf(surface, recipe, layer);
+  if (recipe.want.visibility && !seen.crossings[0].empty())
+    add("crossings", 3, [&](std::size_t i) {
+      return V3d(static_cast<double>(seen.crossings[0][i]), static_cast<double>(seen.crossings[1][i]), static_cast<double>(seen.crossings[2][i]));
+    });
+  if (recipe.want.material && !surface.material.empty()) {
+    if (kinds.ks) add("ks", 3, [&](std::size_t i) { return over_covered(i, surface.material[i].ks); });
+    if (kinds.roughness) add("roughness", 1, [&](std::size_t i) { return V3d(std::sqrt(over_covered(i, V3d(surface.material[i].roughness2)).x), 0, 0); });
+    if (kinds.transparency) add("transparency", 1, [&](std::size_t i) { return over_covered(i, V3d(surface.material[i].transparency)); });
+    if (kinds.emission) add("emission", 3, [&](std::size_t i) { return over_covered(i, surface.material[i].emission); });
+  }
+  return layer;
+}
+
+}  // namespace
+
+Level make_level(const Surface& surface, const Visibility& seen, const ColorField& color, const Grid& grid, int level, const Recipe& recipe, const MaterialKinds& kinds) {
+  Level out;
+  out.grid = grid;
+  const auto keep = [&](Layer layer) { if (!layer.channels.empty()) out.layers.push_back(std::move(layer)); };
+  if (recipe.want.density || recipe.want.visibility) keep(matter_layer(surface, seen, grid, recipe));
+  keep(surface_layer(surface, seen, level, recipe, kinds));
+  if (recipe.want.color) {
+    Layer layer;
+    layer.set = color.set;
+    layer.tiles = seen.inside_blocks;
+    Channel c = make_channel("Cd", 3, color.set.count, [&](std::size_t i) { return V3d(color.color[i]); });
+    for (const V3f& t : color.tiles) c.tiles.insert(c.tiles.end(), {t.x, t.y, t.z});
+    layer.channels.push_back(std::move(c));
+    keep(std::move(layer));
+  }
+  return out;
+}
+
+}  // namespace texel

@@ -1,1 +1,351 @@
+#include "bake/slice.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace texel {
+namespace {
+
+std::span<const Crossing> ray_of(const Band& band, std::size_t id) {
+  return {band.crossings.data() + band.first[id], band.crossings.data() + band.first[id + 1]};
+}
+
+int slice_of(const Bundle& bundle, const Crossing& c, int count) {
+  if (count == bundle.nw) return c.cell;
+  const double x = std::clamp(c.w * count / bundle.nw, -2.0, count + 2.0), wall = std::floor(x);
+  return static_cast<int>(wall) - (c.enters < 0 && x == wall ? 1 : 0);
+}
+
+// One ray's share of one slice: seen from the low and from the high side, the mean of both, as a stack is.
+void add_crossings(const Bundle& bundle, std::span<const Crossing> list, int winding, double u, double v, const SliceShader& shade, SliceScratch::Sum& sum) {
+  const auto& scene = *bundle.scene;
+  const auto opacity = [&](const Crossing& c) {
+    return static_cast<double>(c.coverage) * static_cast<double>(scene.materials[scene.mesh.materials[c.triangle]].opacity);
+  };
+  int above = winding;
+  for (const Crossing& c : list) above += c.winding;
+  double open = 1;
+  bool stopped = winding != 0;
+  for (int inside = winding; const Crossing& c : list) {
+    inside += c.winding;
+    stopped = stopped || inside != 0;
+    open *= 1 - opacity(c);
+  }
+  sum.alpha += stopped ? 1 : 1 - open;
+
+  double front = winding != 0 ? 0 : 1, back = above != 0 ? 0 : 1;
+  if (list.size() == 1) {  // the usual case: one look-up
+    const double weight = opacity(list[0]) * (front + back) / 2;
+    if (weight > 0) {
+      sum.color += V3d(shade.crossing(bundle, list[0], u, v)) * weight;
+      sum.weight += weight;
+    }
+    return;
+  }
+  std::vector<double> weights(list.size(), 0.0);
+  int inside = winding;
+  for (std::size_t i = 0; i < list.size() && front > 0; ++i) {
+    weights[i] += front * opacity(list[i]) / 2;
+    inside += list[i].winding;
+    front = inside != 0 ? 0 : front * (1 - opacity(list[i]));
+  }
+  inside = above;
+  for (std::size_t i = list.size(); i-- > 0 && back > 0;) {
+    weights[i] += back * opacity(list[i]) / 2;
+    inside -= list[i].winding;
+    back = inside != 0 ? 0 : back * (1 - opacity(list[i]));
+  }
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (!(weights[i] > 0)) continue;
+    sum.color += V3d(shade.crossing(bundle, list[i], u, v)) * weights[i];
+    sum.weight += weights[i];
+  }
+}
+
+}  // namespace
+
+void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& place, const SliceShader& shade, SliceScratch& scratch, SliceBand& out) {
+  const RayPattern& pattern = bundle.pattern;
+  const int column = place.column, row = place.row, count = place.count;
+  if (scratch.sums.size() < static_cast<std::size_t>(count)) {
+    scratch.sums.resize(static_cast<std::size_t>(count));
+    scratch.is_touched.resize(static_cast<std::size_t>(count), false);
+    scratch.voxel.resize(static_cast<std::size_t>(count), -1);
+  }
+  const auto for_each_ray = [&](auto&& call) {
+    for (int r = 0; r < pattern.rows; ++r)
+      for (int j = 0; j < pattern.per_row; ++j) {
+        const std::size_t row_in_band = static_cast<std::size_t>(row - band.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r);
+        const std::size_t id = (row_in_band * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(column)) * static_cast<std::size_t>(pattern.per_row);
+        const auto list = ray_of(band, id + static_cast<std::size_t>(j));
+        if (list.empty()) continue;
+        const double u = column + pattern.u[static_cast<std::size_t>(r * pattern.per_row + j)] * 0x1p-16, v = row + pattern.v[static_cast<std::size_t>(r)] * 0x1p-16;
+        call(list, u, v);
+      }
+  };
+  const auto touch = [&](int k) {
+    if (k < 0 || k >= count || scratch.is_touched[static_cast<std::size_t>(k)]) return;
+    scratch.is_touched[static_cast<std::size_t>(k)] = true;
+    scratch.touched.push_back(k);
+  };
+  bool any = false;
+  scratch.touched.clear();
+  for_each_ray([&](std::span<const Crossing> list, double, double) {
+    any = true;
+    for (const Crossing& c : list) touch(slice_of(bundle, c, count));
+  });
+  if (!any) return;
+  for (const Cell& cell : place.cells) {
+    const int k = count == bundle.nw ? cell.k : static_cast<int>((cell.k + 0.5) * count / bundle.nw);
+    touch(k);
+    scratch.voxel[static_cast<std::size_t>(k)] = cell.index;
+  }
+  std::sort(scratch.touched.begin(), scratch.touched.end());
+
+  scratch.inside_above.assign(scratch.touched.size(), 0);
+  int inside_first = 0;
+  for_each_ray([&](std::span<const Crossing> list, double u, double v) {
+    int winding = 0;
+    std::size_t c = 0;
+    const int start = scratch.touched.empty() ? count : scratch.touched.front();
+    for (; c < list.size() && slice_of(bundle, list[c], count) < start; ++c) winding += list[c].winding;
+    inside_first += winding != 0;
+    for (std::size_t i = 0; i < scratch.touched.size(); ++i) {
+      const int k = scratch.touched[i];
+      SliceScratch::Sum& sum = scratch.sums[static_cast<std::size_t>(k)];
+      const std::size_t from = c;
+      const int before = winding;
+      for (; c < list.size() && slice_of(bundle, list[c], count) == k; ++c) winding += list[c].winding;
+      if (c > from) add_crossings(bundle, list.subspan(from, c - from), before, u, v, shade, sum);
+      else sum.alpha += before != 0;
+      scratch.inside_above[i] += winding != 0;
+    }
+  });
+
+  const int rays = pattern.rays();
+  const auto at = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(bundle.nu) + static_cast<std::uint32_t>(column);
+  int from = 0, inside = inside_first;
+  for (std::size_t i = 0; i <= scratch.touched.size(); ++i) {
+    const int to = i < scratch.touched.size() ? scratch.touched[i] : count;
+    if (inside > 0 && to > from) out.runs.push_back({at, from, to, static_cast<float>(inside) / static_cast<float>(rays)});
+    if (i == scratch.touched.size()) break;
+    from = to + 1;
+    inside = scratch.inside_above[i];
+    SliceScratch::Sum& sum = scratch.sums[static_cast<std::size_t>(to)];
+    const double alpha = sum.alpha / rays;
+    if (alpha > 0) {
+      SliceRecords::Pixel p{at, -1, -1, -1, static_cast<float>(alpha)};
+      V3f color(-1, -1, -1);
+      if (sum.weight > 0) {
+        color = V3f(sum.color / sum.weight);
+      } else if (scratch.voxel[static_cast<std::size_t>(to)] >= 0) {
+        V3i voxel;
+        voxel[bundle.axes.u] = column;
+        voxel[bundle.axes.v] = row;
+        voxel[bundle.axes.w] = count == bundle.nw ? to : static_cast<int>((to + 0.5) * bundle.nw / count);
+        color = shade.voxel(voxel, scratch.voxel[static_cast<std::size_t>(to)]);
+      }
+      p.r = color.x;
+      p.g = color.y;
+      p.b = color.z;
+      out.records.push_back({to, p});
+    }
+    sum = {};
+    scratch.is_touched[static_cast<std::size_t>(to)] = false;
+    scratch.voxel[static_cast<std::size_t>(to)] = -1;
+  }
+}
+
+SliceRecords gather_slices(const Bundle& bundle, int count, std::vector<SliceBand>& bands) {
+  SliceRecords all;
+  all.axis = bundle.axis;
+  all.count = count;
+  all.width = bundle.nu;
+  all.height = bundle.nv;
+  all.first.assign(static_cast<std::size_t>(count) + 1, 0);
+  for (const SliceBand& band : bands)
+    for (const auto& r : band.records) ++all.first[static_cast<std::size_t>(r.slice) + 1];
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) all.first[k + 1] += all.first[k];
+  all.pixels.resize(all.first.back());
+  std::vector<std::size_t> at(all.first.begin(), all.first.end() - 1);
+  for (SliceBand& band : bands) {
+    for (const auto& r : band.records) all.pixels[at[static_cast<std::size_t>(r.slice)]++] = r.pixel;
+    all.runs.insert(all.runs.end(), band.runs.begin(), band.runs.end());
+    band = {};
+  }
+  return all;
+}
+
+namespace {
+
+constexpr float kOutside = -2, kNoColor = -1;  // in the red of pixels still without colour
+
+// Nearest coloured pixel for every pixel that lacks one (exact Euclidean feature transform: Meijster, Roerdink & Hesselink 2000).
+// Works on the rows and columns [x0, x1) × [y0, y1) only. Outside pixels farther than kBleed keep kOutside.
+void spread_color(Image& image, int x0, int x1, int y0, int y1) {
+  const int w = x1 - x0, h = y1 - y0;
+  constexpr int kNone = 1 << 20;
+  std::vector<int> nearest(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));  // signed distance to the nearest coloured pixel of the column
+  const auto cell = [&](int x, int y) -> int& { return nearest[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)]; };
+  const auto colored = [&](int x, int y) { return image.at(x0 + x, y0 + y)[0] >= 0; };
+  for (int x = 0; x < w; ++x) cell(x, 0) = colored(x, 0) ? 0 : kNone;
+  for (int y = 1; y < h; ++y)
+    for (int x = 0; x < w; ++x) cell(x, y) = colored(x, y) ? 0 : cell(x, y - 1) == kNone ? kNone : cell(x, y - 1) - 1;
+  for (int y = h - 2; y >= 0; --y)
+    for (int x = 0; x < w; ++x) {
+      const int below = cell(x, y + 1) == kNone ? kNone : cell(x, y + 1) + 1;
+      if (std::abs(below) < std::abs(cell(x, y))) cell(x, y) = below;
+    }
+  std::vector<int> stack(static_cast<std::size_t>(w)), start(static_cast<std::size_t>(w));
+  std::vector<int> source(static_cast<std::size_t>(w));
+  Image out = image;
+  for (int y = 0; y < h; ++y) {
+    bool needed = false;
+    for (int x = 0; x < w && !needed; ++x) needed = !colored(x, y);
+    if (!needed) continue;
+    const auto g2 = [&](int i) { const std::int64_t g = cell(i, y); return g * g; };
+    const auto distance = [&](int x, int i) { return std::int64_t{x - i} * (x - i) + g2(i); };
+    int top = -1;
+    for (int u = 0; u < w; ++u) {
+      if (cell(u, y) == kNone) continue;
+      int from = 0;
+      while (top >= 0) {
+        const int i = stack[static_cast<std::size_t>(top)];
+        if (distance(start[static_cast<std::size_t>(top)], i) > distance(start[static_cast<std::size_t>(top)], u)) { --top; continue; }
+        const std::int64_t num = std::int64_t{u} * u - std::int64_t{i} * i + g2(u) - g2(i);
+        from = static_cast<int>(std::min<std::int64_t>(w, (num >= 0 ? num / (2 * (u - i)) : -1) + 1));
+        break;
+      }
+      if (from < w) {
+        ++top;
+        stack[static_cast<std::size_t>(top)] = u;
+        start[static_cast<std::size_t>(top)] = top == 0 ? 0 : from;
+      }
+    }
+    if (top < 0) continue;
+    for (int x = w - 1, q = top; x >= 0; --x) {
+      while (q > 0 && start[static_cast<std::size_t>(q)] > x) --q;
+      source[static_cast<std::size_t>(x)] = stack[static_cast<std::size_t>(q)];
+    }
+    for (int x = 0; x < w; ++x) {
+      float* p = out.at(x0 + x, y0 + y);
+      if (p[0] >= 0) continue;
+      const int sx = source[static_cast<std::size_t>(x)];
+      if (p[0] == kOutside && distance(x, sx) > kBleed * kBleed) continue;
+      const float* s = image.at(x0 + sx, y0 + y + cell(sx, y));
+      std::copy(s, s + 3, p);
+    }
+  }
+  image = std::move(out);
+}
+
+}  // namespace
+
+Image slice_image(const SliceRecords& records, int k) {
+  Image image;
+  image.width = records.width;
+  image.height = records.height;
+  image.channels = 4;
+  image.pixels.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4, 0);
+  for (std::size_t i = 0; i < image.pixels.size(); i += 4) image.pixels[i] = kOutside;
+  int x0 = image.width, x1 = 0, y0 = image.height, y1 = 0;
+  const auto place = [&](std::uint32_t at) {
+    const int x = static_cast<int>(at) % records.width, y = records.height - 1 - static_cast<int>(at) / records.width;
+    x0 = std::min(x0, x);
+    x1 = std::max(x1, x + 1);
+    y0 = std::min(y0, y);
+    y1 = std::max(y1, y + 1);
+    return image.at(x, y);
+  };
+  V3d mean(0, 0, 0);
+  double weight = 0;
+  for (std::size_t i = records.first[static_cast<std::size_t>(k)]; i < records.first[static_cast<std::size_t>(k) + 1]; ++i) {
+    const SliceRecords::Pixel& pixel = records.pixels[i];
+    float* p = place(pixel.at);
+    p[0] = pixel.r >= 0 ? pixel.r : kNoColor;
+    p[1] = pixel.g;
+    p[2] = pixel.b;
+    p[3] = pixel.a;
+    if (pixel.r < 0) continue;
+    const double a = static_cast<double>(pixel.a);
+    mean += V3d(static_cast<double>(pixel.r), static_cast<double>(pixel.g), static_cast<double>(pixel.b)) * a;
+    weight += a;
+  }
+  for (const SliceRecords::Run& run : records.runs) {
+    if (k < run.first || k >= run.last) continue;
+    float* p = place(run.at);
+    p[0] = kNoColor;
+    p[3] = run.alpha;
+  }
+  if (x1 > x0 && weight > 0)
+    spread_color(image, std::max(0, x0 - kBleed), std::min(image.width, x1 + kBleed), std::max(0, y0 - kBleed), std::min(image.height, y1 + kBleed));
+  if (weight > 0) mean /= weight;
+  for (std::size_t i = 0; i < image.pixels.size(); i += 4)
+    if (image.pixels[i] < 0)
+      for (int c = 0; c < 3; ++c) image.pixels[i + static_cast<std::size_t>(c)] = static_cast<float>(mean[c]);
+  return image;
+}
+
+namespace {
+
+// Two slices, lower first, into one of half the size (method: docs/slices.md): depth composed, plane averaged, all premultiplied.
+Image coarser_slice(const Image& low, const Image& high) {
+  Image out;
+  out.width = (low.width + 1) / 2;
+  out.height = (low.height + 1) / 2;
+  out.channels = 4;
+  out.pixels.resize(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height) * 4);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) {
+      double sum[4] = {0, 0, 0, 0}, plain[3] = {0, 0, 0};
+      for (int q = 0; q < 4; ++q) {
+        // Rows count from the top; an odd row or column short of a partner is paired with nothing, as the volume's levels are.
+        const int sx = 2 * x + (q & 1), sy = low.height - 1 - (2 * (out.height - 1 - y) + (q >> 1));
+        const bool there = sx < low.width && sy >= 0;
+        const float* a = low.at(std::min(sx, low.width - 1), std::max(sy, 0));
+        const float* b = high.empty() ? a : high.at(std::min(sx, low.width - 1), std::max(sy, 0));
+        const double aa = static_cast<double>(a[3]), ba = high.empty() ? 0 : static_cast<double>(b[3]);
+        for (int c = 0; c < 3; ++c) {
+          const double ca = static_cast<double>(a[c]), cb = static_cast<double>(b[c]);
+          plain[c] += (ca + cb) / 8;
+          if (there) sum[c] += (ca * aa * (1 - ba / 2) + cb * ba * (1 - aa / 2)) / 4;  // mean of the two orders of `over`
+        }
+        if (there) sum[3] += (1 - (1 - aa) * (1 - ba)) / 4;
+      }
+      float* p = out.at(x, y);
+      for (int c = 0; c < 3; ++c) p[c] = static_cast<float>(sum[3] > 0 ? sum[c] / sum[3] : plain[c]);
+      p[3] = static_cast<float>(sum[3]);
+    }
+  return out;
+}
+
+Image level_image(const SliceRecords& records, int level, int k) {
+  if (level == 0) return k < records.count ? slice_image(records, k) : Image{};
+  const Image low = level_image(records, level - 1, 2 * k);
+  return coarser_slice(low, level_image(records, level - 1, 2 * k + 1));
+}
+
+}  // namespace
+
+SliceStack make_stack(std::shared_ptr<const SliceRecords> records, const Grid& grid, int level) {
+  SliceStack stack;
+  const int add = (1 << level) - 1;
+  stack.axis = records->axis;
+  stack.level = level;
+  stack.count = (records->count + add) >> level;
+  stack.width = (records->width + add) >> level;
+  stack.height = (records->height + add) >> level;
+  stack.thickness = grid.h * grid.n[records->axis] / records->count * static_cast<double>(1 << level);
+  stack.image = [records, level](int k) { return level_image(*records, level, k); };
+  return stack;
+}
+
+int slices_for_angle(double length, double depth, double angle_degrees) {
+  const double n = std::ceil(length * std::tan(angle_degrees * M_PI / 180) / depth - 1e-9);
+  return static_cast<int>(std::clamp(n, 1.0, 4096.0));
+}
+
+double angle_for_slices(double thickness, double depth) { return std::atan2(depth, thickness) * 180 / M_PI; }
+
+}  // namespace texel

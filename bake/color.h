@@ -1,0 +1,23 @@
+#pragma once
+// Stage 7: mean colours of border voxels -> colour grid running on into and out of the matter
+#include "bake/surface.h"
+#include "bake/visibility.h"
+
+namespace texel {
+
+inline constexpr int kColorReach = 2;  // voxels: a renderer interpolates colour and density apart, and one voxel left dark rims (docs/pack-format.md)
+
+struct ColorField {
+  VoxelSet set;                 // matter and kColorReach voxels beyond it, within the grid
+  std::vector<V3f> color;       // per voxel
+  std::vector<V3f> tiles;       // per Visibility::inside_blocks
+};
+
+// Border voxels take their surface's mean; each further voxel the mean of those of its 26 neighbours that already have a colour. What
+// lies deeper inside than kColorReach takes its block's mean, whole blocks the nearest coloured block's (by steps from block to block).
+[[nodiscard]] ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid);
+
+// The union of two sets: blocks merged, values of neither.
+[[nodiscard]] VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b);
+
+}  // namespace texel

@@ -1,0 +1,13 @@
+#pragma once
+// Stage 8: level l -> level l+1: sums, means and inside flags that need no geometry
+#include "bake/surface.h"
+#include "bake/visibility.h"
+
+namespace texel {
+
+// Fills what coarse_seen takes from the level below: crossings (Σ of the eight, over four columns), solid (mean of the eight), inside (all
+// eight inside). Opacity too (filter_opacity) when `opacity`; otherwise coarse_seen.alpha was recomputed and stays.
+// `coarse_voxels`: the coarser grid's counts. Children beyond the finer grid are empty.
+void filter_visibility(const Surface& fine, const Visibility& fine_seen, const Surface& coarse, const V3i& coarse_voxels, bool opacity, Visibility& coarse_seen);
+
+}  // namespace texel

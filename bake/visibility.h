@@ -1,0 +1,42 @@
+#pragma once
+// Stage 4: crossings, border voxels -> opacity along each axis at every level, inside voxels, slice records
+#include <array>
+#include <span>
+#include <vector>
+
+#include "bake/crossings.h"
+#include "bake/surface.h"
+#include "bake/slice.h"
+
+namespace texel {
+
+// What the bundles of rays say of a level's border voxels (Surface::set of that level).
+struct Visibility {
+  std::array<std::vector<float>, 3> alpha;      // per axis and voxel: share of the rays stopped by surface or inside matter
+  std::array<std::vector<float>, 3> crossings;  // mean number of surface crossings a ray, weighted by coverage
+  std::vector<float> solid;                     // filled fraction, mean of the three axes
+  VoxelSet inside;                              // voxels wholly inside, in blocks that hold border voxels or are only partly inside
+  std::vector<V3i> inside_blocks;               // whole blocks inside, sorted by (z, y, x)
+  std::int64_t inside_count = 0;                // voxels of both
+};
+
+struct VisibilityOptions {
+  std::array<bool, 3> volume_axes{true, true, true};  // bundles whose volume sums are wanted
+  std::array<bool, 3> slice_axes{true, true, true};
+  bool recompute = true;                        // opacity of the coarser levels from the crossings rather than from the finer level
+  std::array<int, 3> slice_counts{0, 0, 0};
+};
+
+struct VisibilityResult {
+  std::vector<Visibility> levels;               // as many as `surfaces`
+  std::array<SliceRecords, 3> slices;           // of the axes wanted
+  double volume = 0;                            // filled volume by the rays' chords, voxels³, mean of the axes
+};
+
+// Traces the three bundles band by band; memory is a band's crossings per thread and the results.
+// Opacity: standard error of a level-0 voxel's alpha about 1/(4·samples) of a voxel's coverage for one straight edge (docs/accuracy.md).
+// Levels 0–2 use every ray, coarser ones at least 256 rays a voxel.
+[[nodiscard]] VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
+                                          const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, Report& report);
+
+}  // namespace texel
