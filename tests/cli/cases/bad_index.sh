@@ -1,0 +1,1 @@
+texel bake "$DATA/bad_index.obj" -o out.texel

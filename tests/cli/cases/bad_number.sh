@@ -1,0 +1,1 @@
+texel bake "$DATA/bad_number.off" -o out.texel

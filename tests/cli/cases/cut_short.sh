@@ -1,0 +1,1 @@
+texel bake "$DATA/cut_short.ply" -o out.texel

@@ -1,0 +1,1 @@
+texel batch list.txt -o out

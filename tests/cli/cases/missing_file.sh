@@ -1,0 +1,1 @@
+texel bake missing.obj -o out.texel

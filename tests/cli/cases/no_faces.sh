@@ -1,0 +1,1 @@
+texel bake "$DATA/no_faces.obj" -o out.texel

@@ -1,0 +1,1 @@
+touch file; texel bake "$DATA/cube.obj" -o file/cube.texel --recipe "$DATA/small.json"

@@ -1,0 +1,1 @@
+texel bake "$DATA/cube.obj" -o out.texel --recipe recipe.json

@@ -1,0 +1,1 @@
+texel bake cube.obj -o cube.texel --resolutoin 8

@@ -1,0 +1,1 @@
+touch scene.blend; texel bake scene.blend -o out.texel

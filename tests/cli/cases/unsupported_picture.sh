@@ -1,0 +1,1 @@
+texel view "$DATA/cube.obj" -o cube.bmp
