@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/plan.h"
 #include "bake/shading.h"
 #include "formats/error.h"
 
@@ -12,6 +13,18 @@ namespace {
 constexpr int kMaxLayers = 256;        // surfaces one ray may pass; beyond it what is left counts as seen
 constexpr float kSeen = 1.0f / 1024;   // transmittance below which a ray ends
 
+// Which triangles the bake turns over, so that both pictures light the same side. Empty: none, or the bake would refuse the scene.
+std::vector<std::int8_t> turned(const Scene& scene, const TextureSet& textures) {
+  std::vector<bool> cutouts;
+  for (std::uint32_t m = 0; m < scene.materials.size(); ++m) cutouts.push_back(textures.has_cutouts(m));
+  Report unheard;
+  try {
+    return make_plan(scene, Recipe{}, cutouts, unheard).turn;
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 struct Truth {
   const Scene& scene;
   const ViewOptions& options;
@@ -21,11 +34,12 @@ struct Truth {
   V3f ambient;
   TextureSet textures;
   RayScene geometry;
+  std::vector<std::int8_t> turn;       // −1: the triangle's other side is its front
   std::vector<float> uv_scale;         // uv_per_world of each triangle, where its material is textured
 
   Truth(const Scene& s, const ViewOptions& o, Report& report)
       : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), sample_share(1 / std::sqrt(static_cast<double>(o.samples))), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
-        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures) {
+        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures), turn(turned(s, textures)) {
     uv_scale.resize(s.mesh.triangles.size(), 0.0f);
     for (std::uint32_t t = 0; t < uv_scale.size(); ++t)
       if (textures.textured(material(t))) uv_scale[t] = uv_per_world(s.mesh, t);
@@ -35,6 +49,8 @@ struct Truth {
     const auto& m = scene.mesh.materials;
     return triangle < m.size() && m[triangle] < scene.materials.size() ? m[triangle] : 0;
   }
+  [[nodiscard]] bool is_turned(std::uint32_t triangle) const { return triangle < turn.size() && turn[triangle] < 0; }
+  [[nodiscard]] bool faces_eye(const RayScene::Hit& hit) const { return hit.front != is_turned(hit.triangle); }
   [[nodiscard]] V3f light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f& albedo) const;
   [[nodiscard]] RayScene::Hit next_hit(const Rays::Ray& ray, double from) const;
   void trace(const Rays::Ray& ray, V3f* color, float* alpha) const;
@@ -58,6 +74,7 @@ V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f&
   const Look look{albedo, stuff.ks, stuff.ke, stuff.roughness};
   V3f sum = look.albedo * ambient + look.ke;
   V3d n = facet_normal(mesh, hit.triangle);
+  if (is_turned(hit.triangle)) n = -n;
   const V3d v = -ray.direction;
   if (n.dot(v) < 0) {
     if (!textures.two_sided(m, Sidedness::kAuto)) return sum;  // its back: no light of its own gets there
@@ -81,9 +98,9 @@ V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f&
 RayScene::Hit Truth::next_hit(const Rays::Ray& ray, double from) const {
   const double width = sample_share * rays.footprint(0), spread = sample_share * rays.footprint(1) - width;
   const RayScene::Hit hit = geometry.first_covered_hit(ray.origin, ray.direction, from, width, spread);
-  if (hit.triangle == kNoIndex || hit.front || textures.two_sided(material(hit.triangle), Sidedness::kAuto)) return hit;
+  if (hit.triangle == kNoIndex || faces_eye(hit) || textures.two_sided(material(hit.triangle), Sidedness::kAuto)) return hit;
   const RayScene::Hit other = geometry.first_covered_hit(ray.origin, ray.direction, hit.distance + geometry.skin() * 0.1, width, spread);
-  const bool twin = other.triangle != kNoIndex && other.front && other.distance - hit.distance < 2 * geometry.skin();
+  const bool twin = other.triangle != kNoIndex && faces_eye(other) && other.distance - hit.distance < 2 * geometry.skin();
   return twin ? other : hit;
 }
 
