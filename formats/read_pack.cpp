@@ -123,7 +123,7 @@ bool pack_up_to_date(const std::string& folder, const Scene& scene, const std::s
     const Manifest m = parse_manifest(read_manifest(folder), folder);
     if (m.generator != generator()) return no("made by " + m.generator);
     const auto recipe = nlohmann::json::parse(recipe_json.empty() ? "{}" : recipe_json, nullptr, /*allow_exceptions=*/false);
-    if (recipe != nlohmann::json::parse(m.recipe_json)) return no("the recipe differs");
+    if (!recipe.is_object() || recipe != nlohmann::json::parse(m.recipe_json)) return no("the recipe differs");
     if (m.sources.size() != scene.sources.size()) return no("the list of sources differs");
     if (std::string missing = missing_file(m, folder); !missing.empty()) return no(missing + " is missing or of another size");
     for (std::size_t i = 0; i < m.sources.size(); ++i) {

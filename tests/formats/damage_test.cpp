@@ -106,8 +106,8 @@ TEST_F(Damage, ManifestCutAnywhere) {
 }
 
 TEST_F(Damage, ManifestWithAnyValueReplaced) {
+  save(ball_pack({.n = 4, .levels = 2}), pack);
   const json good = manifest();
-  const json::json_pointer recipe("/recipe");
   const json odd[] = {nullptr, true, -1, 0, 1e300, 1e18, 18446744073709551615u, "", "../../etc/passwd", json::array(), json::object(), json{1, 2, 3}};
   int tried = 0;
   const json flat = good.flatten();
@@ -164,7 +164,7 @@ TEST_F(Damage, GridsThatAreNotWhatTheManifestSays) {
     put(m);
     return finding_ids(pack);
   };
-  EXPECT_EQ(with([](json& m) { m["levels"][0]["grids"][0]["name"] = "dense"; }), (Ids{"pack-grid-missing", "pack-grid-extra", "pack-levels-grids"}) ) << "renamed";
+  EXPECT_EQ(with([](json& m) { m["levels"][0]["grids"][0]["name"] = "dense"; }), (Ids{"pack-grid-missing", "pack-grid-extra"}));
   EXPECT_TRUE(with([](json& m) { m["levels"][0]["grids"][0]["stored_as"] = "float"; }).contains("pack-grid-type"));
   EXPECT_EQ(with([](json& m) { m["levels"][0]["grids"][0]["active_voxels"] = 5; }), Ids{"pack-grid-count"});
   EXPECT_EQ(with([](json& m) { m["levels"][0]["active_voxels"] = 5; }), Ids{"pack-grid-count"});

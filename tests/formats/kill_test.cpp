@@ -53,7 +53,7 @@ TEST(Kill, LeavesTheOldPackOrTheNewOne) {
   for (int i = 0; i < 50; ++i) {
     const pid_t pid = start_writer(target);
     ASSERT_GT(pid, 0);
-    usleep(static_cast<useconds_t>(milliseconds(random)) * 1000u + random() % 1000);
+    usleep(static_cast<useconds_t>(milliseconds(random)) * 1000u);
     kill(pid, SIGKILL);
     int status = 0;
     ASSERT_EQ(waitpid(pid, &status, 0), pid);

@@ -64,23 +64,25 @@ TEST(PackVdb, PutsOneVoxelWhereTheGridSays) {
 TEST(PackVdb, KeepsTheBallInPlaceOnEveryLevel) {
   const TempFolder folder;
   const BallOptions o{.n = 64, .levels = 5, .centre = V3d(31.3, 30.9, 33.6), .radius = 20.25};
-  save(ball_pack(o), folder / "ball");
+  save(ball_pack(o), folder / "half");
+  save(ball_pack(o), folder / "float", {.full_float = true});
   const V3d centre = o.origin + o.centre * o.h;
   double volume = 0;
-  for (int l = 0; l < o.levels; ++l) {
-    const auto grid = open_grid<openvdb::FloatGrid>(folder / "ball" + "/" + level_name(l), "solid");
-    double sum = 0;
-    const openvdb::Vec3d c = centroid(*grid, &sum);
-    // Scaled rounding: 216 samples a voxel leave 1e-3 voxels, half floats less; a half-voxel mistake would be 0.5.
-    EXPECT_LT((c - openvdb::Vec3d(centre.x, centre.y, centre.z)).length(), 0.01 * o.h) << "level " << l;
-    const double h = o.h * (1 << l);
-    EXPECT_DOUBLE_EQ(grid->voxelSize().x(), h);
-    if (l == 0) volume = sum * h * h * h;
-    // Half a storage step of each value is the most the sum can be off.
-    EXPECT_NEAR(sum * h * h * h, volume, volume * 0x1p-11) << "level " << l;
-    // The outer walls of all levels coincide: the low corner of cell 0.
-    EXPECT_EQ(grid->indexToWorld(openvdb::Vec3d(-0.5)), openvdb::Vec3d(o.origin.x, o.origin.y, o.origin.z));
-  }
+  for (int l = 0; l < o.levels; ++l)
+    for (const bool full : {true, false}) {
+      const auto grid = open_grid<openvdb::FloatGrid>(folder / (full ? "float/" : "half/") + level_name(l), "solid");
+      double sum = 0;
+      const openvdb::Vec3d c = centroid(*grid, &sum);
+      const double h = o.h * (1 << l);
+      // A mistake of half a voxel would be 0.5 h. What is left: 216 samples a voxel, and that a voxel's matter counts at its centre.
+      EXPECT_LT((c - openvdb::Vec3d(centre.x, centre.y, centre.z)).length(), 0.01 * h) << "level " << l;
+      EXPECT_DOUBLE_EQ(grid->voxelSize().x(), h);
+      if (l == 0 && full) volume = sum * h * h * h;
+      // Half a storage step of each value is the most the sum can be off.
+      EXPECT_NEAR(sum * h * h * h, volume, volume * (full ? 0x1p-20 : 0x1p-11)) << "level " << l;
+      // The outer walls of all levels coincide: the low corner of cell 0.
+      EXPECT_EQ(grid->indexToWorld(openvdb::Vec3d(-0.5)), openvdb::Vec3d(o.origin.x, o.origin.y, o.origin.z));
+    }
 }
 
 TEST(PackVdb, StatesClassTypesAndMeaning) {
