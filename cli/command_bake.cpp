@@ -96,6 +96,7 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
 
 struct Outcome {
   std::string status = "failed";
+  std::string closing;  // the line that ends the talk
   std::optional<Pack> pack;
 };
 
@@ -105,10 +106,6 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   report.progress = [&bar](const std::string& stage, double done) {
     stop_if_interrupted();
     bar.update(stage, done);
-  };
-  const auto talk = [&](const std::string& line) {
-    bar.clear();
-    print_talk(line);
   };
   Scene scene;
   {
@@ -131,7 +128,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
       fs::last_write_time(fs::path(settings.output) / "manifest.json", fs::file_time_type::clock::now(), ec);
       write_depfile(settings, scene);
     }
-    talk(settings.output + ": up to date (--force bakes it anyway)");
+    outcome.closing = settings.output + ": up to date (--force bakes it anyway)";
     outcome.status = "up to date";
     return;
   }
@@ -141,17 +138,17 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   if (settings.recipe.want.preview) {
     const StageTimer timer(report, "preview");
     constexpr int kTile = 256;
-    pack.preview = contact_sheet(pack, &scene, kTile, settings.recipe.threads, report);
+    Report views;  // its pictures time themselves; here they count as one stage
+    views.progress = report.progress;
+    pack.preview = contact_sheet(pack, &scene, kTile, settings.recipe.threads, views);
+    for (const Issue& issue : views.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
   }
   stop_if_interrupted();
-  {
-    const StageTimer timer(report, "write");
-    write_pack(pack, settings.output, settings.recipe.write, report);
-  }
+  write_pack(pack, settings.output, settings.recipe.write, report);
   if (!settings.depfile.empty()) write_depfile(settings, scene);
   outcome.status = "baked";
-  talk(settings.output + ": pack written, " + size_text(pack.grid.n) + " voxels, " + std::to_string(pack.levels.size()) + " levels, " +
-       std::to_string(pack.slices.size()) + " stacks, " + seconds_text(now() - start));
+  outcome.closing = settings.output + ": pack written, " + size_text(pack.grid.n) + " voxels, " + std::to_string(pack.levels.size()) +
+                    " levels, " + std::to_string(pack.slices.size()) + " stacks, " + seconds_text(now() - start);
 }
 
 double now_seconds() {
@@ -177,6 +174,7 @@ int command_bake(const Settings& settings) {
     report.progress = nullptr;
     print_warnings(report.issues);
     if (settings.verbose) print_stages(report);
+    if (!outcome.closing.empty()) print_talk(outcome.closing);
     if (!settings.report_file.empty())
       write_text_file(settings.report_file,
                       report_json(outcome.status, report, outcome.pack ? &*outcome.pack : nullptr, now_seconds() - start, message));

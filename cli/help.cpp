@@ -1,6 +1,7 @@
 #include "cli/help.h"
 
 #include <array>
+#include <cctype>
 
 namespace texel {
 namespace {
@@ -15,7 +16,7 @@ struct CommandText {
 };
 
 constexpr std::array<CommandText, 4> kCommands = {{
-    {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene; several inputs are one scene",
+    {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene (several inputs: one scene)",
      "INPUT is an .obj (with its .mtl and textures), .ply, .stl or .off file.\n"
      "A pack is a folder: manifest.json, volume.vdb with its coarser levels, stacks of RGBA slices and preview.png.\n"
      "A pack made by this version from the same bytes with the same recipe is left alone (--force bakes it anyway).\n",
@@ -47,6 +48,11 @@ const CommandText& text_of(Command command) {
   for (const CommandText& text : kCommands)
     if (text.command == command) return text;
   return kCommands.front();
+}
+
+std::string sentence(std::string text) {
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text + ".\n";
 }
 
 std::string shown_default(const OptionRow& row) {
@@ -132,7 +138,7 @@ std::string program_help() {
 
 std::string command_help(Command command) {
   const CommandText& c = text_of(command);
-  std::string text = std::string("Usage: ") + c.usage + "\n\n" + c.does + ".\n" + c.more;
+  std::string text = std::string("Usage: ") + c.usage + "\n\n" + sentence(c.does) + c.more;
   text += option_lines(command);
   text += std::string("\nExamples\n") + c.examples + "\n";
   if (command == kBake)
@@ -153,7 +159,7 @@ std::string cli_document() {
           "INPUT its source meshes are baked. The command line beats the recipe.\n"
           "\nWith `--depfile` a pack that is up to date gets a new time stamp, so that make and ninja see that it has been looked at.\n";
   for (const CommandText& command : kCommands) {
-    text += std::string("\n## texel ") + command.name + "\n\n    " + command.usage + "\n\n" + command.does + ".\n" + command.more;
+    text += std::string("\n## texel ") + command.name + "\n\n    " + command.usage + "\n\n" + sentence(command.does) + command.more;
     text += std::string("\n```\n") + command.examples + "```\n" + option_rows(command.command);
   }
   return text;

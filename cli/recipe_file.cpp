@@ -120,7 +120,12 @@ std::vector<std::string> manifest_meshes(const std::string& manifest_path) {
   for (const Json& source : *sources) {
     if (!source.is_object() || !source.contains("path") || !source.at("path").is_string()) continue;
     const fs::path path = source.at("path").get<std::string>();
-    if (is_mesh(path.string())) meshes.push_back((fs::path(manifest_path).parent_path() / path).lexically_normal().string());
+    if (!is_mesh(path.string())) continue;
+    const fs::path mesh = (fs::path(manifest_path).parent_path() / path).lexically_normal();
+    std::error_code ec;
+    if (!fs::exists(mesh, ec))
+      throw Error(Code::kFile, mesh.string(), "source of the pack is not there", "a pack made far from its source names no folder: name the mesh");
+    meshes.push_back(mesh.string());
   }
   return meshes;
 }

@@ -11,7 +11,7 @@ namespace texel {
 // Throws Error{kFile} (cannot be read) and Error{kCommandLine} (not JSON, unknown key, bad value: names key, value, accepted range).
 void read_recipe_file(const std::string& path, Settings& settings);
 
-// The meshes a pack was made from, as its manifest names them, in their order.
+// The meshes a pack was made from, as its manifest names them, in their order. Throws Error{kFile} where one is not there.
 [[nodiscard]] std::vector<std::string> manifest_meshes(const std::string& manifest_path);
 
 // The recipe as resolved, canonical: one JSON object, keys in the table's order, every option that influences the pack's bytes and no other.
