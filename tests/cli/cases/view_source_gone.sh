@@ -1,1 +1,1 @@
-texel bake "$DATA/cube.obj" -o cube.texel --recipe "$DATA/small.json" && texel view cube.texel -o cube.png --truth
+cp "$DATA"/cube.* . && texel bake cube.obj -o cube.texel --recipe "$DATA/small.json" && rm cube.obj && texel view cube.texel -o cube.png --truth
