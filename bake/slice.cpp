@@ -260,6 +260,8 @@ Image slice_image(const SliceRecords& records, int k) {
   };
   V3d mean(0, 0, 0);
   double weight = 0;
+  bool uniform = true;
+  V3f first(-1, -1, -1);
   for (std::size_t i = records.first[static_cast<std::size_t>(k)]; i < records.first[static_cast<std::size_t>(k) + 1]; ++i) {
     const SliceRecords::Pixel& pixel = records.pixels[i];
     float* p = place(pixel.at);
@@ -268,6 +270,8 @@ Image slice_image(const SliceRecords& records, int k) {
     p[2] = pixel.b;
     p[3] = pixel.a;
     if (pixel.r < 0) continue;
+    if (first.x < 0) first = V3f(pixel.r, pixel.g, pixel.b);
+    uniform = uniform && first == V3f(pixel.r, pixel.g, pixel.b);
     const double a = static_cast<double>(pixel.a);
     mean += V3d(static_cast<double>(pixel.r), static_cast<double>(pixel.g), static_cast<double>(pixel.b)) * a;
     weight += a;
@@ -278,9 +282,10 @@ Image slice_image(const SliceRecords& records, int k) {
     p[0] = kNoColor;
     p[3] = run.alpha;
   }
-  if (x1 > x0 && weight > 0)
+  // A slice of one colour has it everywhere, exactly: nothing to spread.
+  if (weight > 0) mean = uniform ? V3d(first) : mean / weight;
+  if (x1 > x0 && weight > 0 && !uniform)
     spread_color(image, std::max(0, x0 - kBleed), std::min(image.width, x1 + kBleed), std::max(0, y0 - kBleed), std::min(image.height, y1 + kBleed));
-  if (weight > 0) mean /= weight;
   for (std::size_t i = 0; i < image.pixels.size(); i += 4)
     if (image.pixels[i] < 0)
       for (int c = 0; c < 3; ++c) image.pixels[i + static_cast<std::size_t>(c)] = static_cast<float>(mean[c]);

@@ -63,6 +63,9 @@ struct LevelView {
   }
 };
 
+// Nearest integer of a value that is not negative.
+std::uint64_t round_up(double x) { return static_cast<std::uint64_t>(x + 0.5); }
+
 struct InsideRun { std::int32_t u, v, first, last; };  // voxels of a level-0 column that are wholly inside
 
 struct CellSum { std::uint64_t alpha, crossings, length; int inside_above; };
@@ -104,16 +107,16 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
       met += static_cast<double>(c->coverage);
     }
     if (winding != 0) { length += hi - from; ++sum.inside_above; }
-    sum.alpha += static_cast<std::uint64_t>(std::llround((stopped ? 1 : 1 - open) * kAlphaUnit));
-    sum.crossings += static_cast<std::uint64_t>(std::llround(met * kAlphaUnit));
-    sum.length += static_cast<std::uint64_t>(std::llround(std::clamp(length, 0.0, static_cast<double>(hi - lo)) * kLengthUnit));
+    sum.alpha += round_up((stopped ? 1 : 1 - open) * kAlphaUnit);
+    sum.crossings += round_up(met * kAlphaUnit);
+    sum.length += round_up(std::clamp(length, 0.0, static_cast<double>(hi - lo)) * kLengthUnit);
   }
 }
 
-// Which rays level `level` uses: every one up to level 2; then every 2^(level−2)th row, and in it every 2^(level−2)th column, staggered.
+// Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th column, staggered.
 struct RayStep {
   int step;
-  explicit RayStep(int level) : step(level <= 2 ? 1 : 1 << (level - 2)) {}
+  explicit RayStep(int level) : step(level <= 1 ? 1 : 1 << (level - 1)) {}
   [[nodiscard]] bool row(std::int64_t r) const { return r % step == step / 2; }
   [[nodiscard]] int first_column(std::int64_t r) const { return static_cast<int>((r / step) * 7 % step); }
 };
