@@ -22,21 +22,24 @@ const ImageModule& image_module() {
   return module;
 }
 
-// Decodes the colour channels; 8- and 16-bit values have few enough different ones for a table.
-void decode_srgb(Image& image, int integer_bits) {
+// Puts values from 8- or 16-bit files exactly on their steps, which the image library misses by a rounding, and decodes the colour
+// channels unless `raw`. There are few enough different values for a table.
+void decode_steps(Image& image, int integer_bits, bool raw) {
   std::vector<float> table(std::size_t{1} << integer_bits);
   const float most = static_cast<float>(table.size() - 1);
-  for (std::size_t i = 0; i < table.size(); ++i) table[i] = srgb_to_linear(static_cast<float>(i) / most);
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = raw ? static_cast<float>(i) / most : srgb_to_linear(static_cast<float>(i) / most);
   const auto channels = static_cast<std::size_t>(image.channels);
   const std::size_t colors = image.has_alpha() ? channels - 1 : channels;
   for (std::size_t i = 0; i < image.pixels.size(); i += channels)
-    for (std::size_t c = 0; c < colors; ++c) {
+    for (std::size_t c = 0; c < channels; ++c) {
       float& value = image.pixels[i + c];
       // A picture with multiplied alpha has left the stored steps when it arrives here.
       const float scaled = value * most;
       const float step = std::round(scaled);
       const bool stored = std::abs(scaled - step) < 1e-3f && step >= 0 && step <= most;
-      value = stored ? table[static_cast<std::size_t>(step)] : srgb_to_linear(value);
+      if (c >= colors) value = stored ? step / most : value;
+      else if (stored) value = table[static_cast<std::size_t>(step)];
+      else if (!raw) value = srgb_to_linear(value);
     }
 }
 
@@ -62,10 +65,14 @@ struct File {
   std::FILE* handle;
 };
 
+// Silent, unlike libpng's own.
+[[noreturn]] void png_failed(png_structp png, png_const_charp) { png_longjmp(png, 1); }
+void png_warned(png_structp, png_const_charp) {}
+
 // libpng reports errors by a jump: nothing with a destructor may be made in here.
 bool write_rows(std::FILE* file, const Image& image, png_bytepp rows) {
   static constexpr int kTypes[4] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, png_failed, png_warned);
   if (!png) return false;
   png_infop info = png_create_info_struct(png);
   if (!info || setjmp(png_jmpbuf(png))) {
@@ -135,7 +142,7 @@ Image read_image(const std::string& path, bool raw) {
   if (!image_module().read(path.c_str(), image, integer_bits, message)) throw Error(Code::kFile, path, message, "save the picture again as PNG");
   for (float& value : image.pixels)
     if (!std::isfinite(value)) value = 0;  // float pictures only; sums over a texture must stay finite
-  if (!raw && integer_bits > 0) decode_srgb(image, integer_bits);
+  if (integer_bits > 0) decode_steps(image, integer_bits, raw);
   return image;
 }
 

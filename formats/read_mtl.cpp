@@ -239,16 +239,17 @@ std::uint32_t add_mtl_material(const MtlMaterial& mtl, Scene& scene, Report& rep
 std::string find_beside(const std::string& from, const std::string& name) {
   std::string slashed = name;
   std::replace(slashed.begin(), slashed.end(), '\\', '/');
+  while (slashed.starts_with("./")) slashed.erase(0, 2);
   if (slashed.empty() || slashed.find('\0') != std::string::npos) return {};
   const fs::path folder = fs::path(from).parent_path();
   const fs::path relative(slashed);
-  if (is_file(folder / relative)) return (folder / relative).lexically_normal().string();  // an absolute one stays as it is
+  if (is_file(folder / relative)) return (folder / relative).string();  // an absolute one stays as it is
   if (is_file(folder / name)) return (folder / name).string();          // a backslash may belong to a name here
   const std::string last = relative.filename().string();
   if (last.empty()) return {};
   if (is_file(folder / last)) return (folder / last).string();
   const fs::path found = same_but_case((folder / relative).parent_path(), last);
-  return (found.empty() ? same_but_case(folder, last) : found).lexically_normal().string();
+  return (found.empty() ? same_but_case(folder, last) : found).string();
 }
 
 }  // namespace texel

@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
-#include <filesystem>
 
 #include "formats/error.h"
 #include "formats/readers.h"
@@ -209,12 +207,10 @@ class PlyReader {
     }
     const std::size_t size = size_of(type);
     if (text_.left() < size) fail("ends in the middle of the data");
-    unsigned char b[8] = {};
-    std::memcpy(b, text_.position(), size);
-    text_.move_to(text_.position() + size);
-    if (big_) std::reverse(b, b + size);
     std::uint64_t word = 0;
-    for (std::size_t i = 0; i < 8; ++i) word |= std::uint64_t{b[i]} << (8 * i);
+    for (std::size_t i = 0; i < size; ++i)
+      word |= std::uint64_t{static_cast<unsigned char>(text_.position()[i])} << 8 * (big_ ? size - 1 - i : i);
+    text_.move_to(text_.position() + size);
     switch (type) {
       case Type::kInt8: return static_cast<std::int8_t>(word);
       case Type::kInt16: return static_cast<std::int16_t>(word);
@@ -287,6 +283,7 @@ class PlyReader {
     scene_.mesh.materials.reserve(static_cast<std::size_t>(element.count));
     double row[kIndices] = {};
     for (std::int64_t i = 0; i < element.count; ++i) {
+      if (ascii_) text_.skip_space('\0');
       const char* at = text_.position();
       indices_.clear();
       texcoords_.clear();
@@ -309,7 +306,6 @@ class PlyReader {
   void drop(const char* at, const std::string& reason) {
     if (bad_faces_++ > 0) return;
     bad_reason_ = reason;
-    if (ascii_) text_.skip_space('\0');
     bad_at_ = at;
   }
 

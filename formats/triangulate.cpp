@@ -23,6 +23,16 @@ V3d newell_normal(std::span<const V3d> corners) {
   return normal;
 }
 
+bool fan_has_area(std::span<const V3d> corners) {
+  double area = 0, extent = 0;
+  for (std::size_t i = 2; i < corners.size(); ++i) {
+    const V3d a = corners[i - 1] - corners[0], b = corners[i] - corners[0];
+    area += a.cross(b).length();
+    extent = std::max({extent, a.length(), b.length()});
+  }
+  return area > 1e-9 * extent * extent;
+}
+
 }  // namespace
 
 // False when the polygon has no extent or no area to speak of.
@@ -131,7 +141,16 @@ bool Triangulator::cut_ears() {
 std::span<const std::array<std::uint32_t, 3>> Triangulator::operator()(std::span<const V3d> corners) {
   not_simple_ = false;
   const auto n = static_cast<std::uint32_t>(corners.size());
-  if (n <= 3 || !flatten(corners) || convex()) {
+  if (n <= 3) {
+    fan(n);
+    return triangles_;
+  }
+  if (!flatten(corners)) {
+    fan(n);
+    not_simple_ = fan_has_area(corners);  // a bow whose halves cancel
+    return triangles_;
+  }
+  if (convex()) {
     fan(n);
     return triangles_;
   }
