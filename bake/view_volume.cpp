@@ -90,12 +90,6 @@ V3i block_of(const V3d& p) {
   return {along(p.x), along(p.y), along(p.z)};
 }
 
-// Opacity of a way `share` voxel edges long where one edge has opacity `alpha`.
-float opacity_of(float alpha, double share) {
-  const float left = std::max(1 - alpha, 0.0f);
-  return share == 0.5 ? 1 - std::sqrt(left) : static_cast<float>(1 - std::pow(static_cast<double>(left), share));
-}
-
 void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
   std::vector<LevelRay> in(levels.size());
   double from = 0, to = 0;
@@ -107,6 +101,8 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
     from = to > 0 ? std::min(from, a) : a;
     to = std::max(to, b);
   }
+  const V3d size(std::abs(ray.direction.x), std::abs(ray.direction.y), std::abs(ray.direction.z));
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   float left = 1;
   V3f last = unseen;
   for (double t = from; t < to && left > kSeen;) {
@@ -129,24 +125,26 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
     }
 
     const double step = std::min(kStep * h, to - t), middle = t + step / 2;
-    const double share = step == kStep * h ? kStep : step / h;
-    float opacity = 0;
+    float gain = 0;          // of what the eye sees, what this step adds
     V3f light(0, 0, 0);
     float known = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const LitVoxel voxel = levels[l + i]->at(in[l + i].at(middle));
-      if (!(voxel.alpha > 0)) continue;
+      const LitVoxel voxel = levels[l + i]->at(in[l + i].at(middle), axis);
       const auto blend = static_cast<float>(count == 1 ? 1 : i == 0 ? 1 - f : f);
-      const float part = blend * opacity_of(voxel.alpha, share * h / levels[l + i]->grid().h);
-      opacity += part;
-      known += part * voxel.known / voxel.alpha;
-      light += voxel.light * (part / voxel.alpha);
+      // Surfaces hide what they hide of all that is left, as if in places of their own; a solid is one body: the fullest place the
+      // ray passed says how much of it the body hides.
+      const float surface = -left * std::expm1(-voxel.alpha * static_cast<float>(step / levels[l + i]->grid().h));
+      const float part = blend * std::max(surface, voxel.solid - (1 - left));
+      if (!(part > 0)) continue;
+      gain += part;
+      known += part * voxel.known;
+      light += voxel.light * part;
     }
-    if (opacity > 0) {
+    if (gain > 0) {
       if (known > 1e-6f) last = light / known;
-      *color += last * (left * opacity);
-      *alpha += left * opacity;
-      left *= 1 - opacity;
+      *color += last * gain;
+      *alpha += gain;
+      left = std::max(left - gain, 0.0f);
     }
     t += step;
   }

@@ -172,8 +172,7 @@ bool LitLevel::occupied(V3i block) const {
   return occupied_[place(block, blocks_)] != 0;
 }
 
-// Optical depth of one voxel edge along `direction`: the axes' depths joined by the correlations of S, as field notes 4.3; never less
-// than that of the share that is solid, which no direction escapes.
+// Optical depth of one voxel edge along `direction`: the axes' depths joined by the correlations of S, as field notes 4.3.
 double LitLevel::depth(const V3i& voxel, const V3d& direction) const {
   if (!alpha_.present()) return std::min(std::max(static_cast<double>(density_.value(voxel, 0)), 0.0) * level_.grid.h, 1e6);
   const float* alpha = alpha_.at(voxel);
@@ -192,8 +191,7 @@ double LitLevel::depth(const V3i& voxel, const V3d& direction) const {
     };
     sum += joined(0, 1, off[0]) + joined(0, 2, off[1]) + joined(1, 2, off[2]);
   }
-  const double surface = std::sqrt(std::max(sum, 0.0));
-  return std::min(std::max(surface, depth_of(unit_share(solid_.value(voxel, 0)) * there)), kMaxDepth);
+  return std::min(std::sqrt(std::max(sum, 0.0)), kMaxDepth);
 }
 
 float LitLevel::transmittance(const V3d& p, const V3d& d, double length) const {
@@ -301,14 +299,14 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
     const V3d line = centre - eye_.rays.eye;
     if (line.length() > 0) direction = line / line.length();
   }
-  const double tau = depth(voxel, direction);
-  if (!(tau > 0)) return lit;
-  lit.alpha = static_cast<float>(-std::expm1(-tau));
   // Without any surface grid every voxel is shaded as if its normals went all ways.
   const bool surface = normal_.at(voxel) || diagonal_.at(voxel) || (!normal_.present() && !diagonal_.present());
-  if (!surface) return lit;
-  lit.known = lit.alpha;
-  lit.light = light_sent(voxel, -direction) * lit.alpha;
+  lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
+  if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
+  const float weight = std::max(lit.alpha, lit.solid);
+  if (!surface || !(weight > 0)) return lit;
+  lit.known = weight;
+  lit.light = light_sent(voxel, -direction) * weight;
   return lit;
 }
 
@@ -325,7 +323,7 @@ const LitLevel::Block* LitLevel::block_at(const V3i& b) const {
   return slot.block.get();
 }
 
-LitVoxel LitLevel::at(const V3d& p) const {
+LitVoxel LitLevel::at(const V3d& p, int axis) const {
   const V3d q = p - V3d(0.5, 0.5, 0.5);
   if (!(std::abs(q.x) < 1e9 && std::abs(q.y) < 1e9 && std::abs(q.z) < 1e9)) return {};
   const V3i low(static_cast<int>(std::floor(q.x)), static_cast<int>(std::floor(q.y)), static_cast<int>(std::floor(q.z)));
@@ -334,6 +332,7 @@ LitVoxel LitLevel::at(const V3d& p) const {
   const Block* block = one_block ? block_at(V3i(low.x >> 3, low.y >> 3, low.z >> 3)) : nullptr;
   LitVoxel sum;
   if (one_block && !block) return sum;
+  float sheet[2] = {0, 0};  // opacity of the two layers across the axis, times the weight of the layer
   for (int corner = 0; corner < 8; ++corner) {
     const int dx = corner >> 2, dy = corner >> 1 & 1, dz = corner & 1;
     const int x = low.x + dx, y = low.y + dy, z = low.z + dz;
@@ -341,9 +340,14 @@ LitVoxel LitLevel::at(const V3d& p) const {
     if (!b) continue;
     const LitVoxel& voxel = (*b)[static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3 | (z & 7))];
     const float weight = (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z);
-    sum.alpha += weight * voxel.alpha;
+    sheet[(axis == 0 ? dx : axis == 1 ? dy : dz)] += weight * voxel.alpha;
+    sum.solid += weight * voxel.solid;
     sum.known += weight * voxel.known;
     sum.light += voxel.light * weight;
+  }
+  for (int layer = 0; layer < 2; ++layer) {
+    const float share = layer ? f[axis] : 1 - f[axis];
+    if (sheet[layer] > 0) sum.alpha -= share * std::log1p(-std::min(sheet[layer] / share, 1 - 1e-6f));
   }
   return sum;
 }

@@ -35,8 +35,9 @@ class Field {
 
 // A voxel as the eye sees it.
 struct LitVoxel {
-  float alpha = 0;   // opacity of one voxel edge along the line of sight
-  float known = 0;   // alpha of what has a colour; 0: inside a solid, the ray's last colour goes on
+  float alpha = 0;     // of the surfaces: opacity of one voxel edge along the line of sight; between voxels: the optical depth
+  float solid = 0;     // filled share
+  float known = 0;     // weight of `light`; 0: inside a solid, the ray's last colour goes on
   V3f light{0, 0, 0};  // light sent to the eye · known
 };
 
@@ -57,8 +58,9 @@ class LitLevel {
   [[nodiscard]] const Grid& grid() const { return level_.grid; }
   // Whether anything is within one voxel of the block; block coordinates are clamped to the grid.
   [[nodiscard]] bool occupied(V3i block) const;
-  // Trilinear between voxel centres; `p` in voxel space. Thread-safe.
-  [[nodiscard]] LitVoxel at(const V3d& p) const;
+  // Between voxel centres: trilinear, except that of the surfaces opacity is interpolated across `axis`, along which a ray passes,
+  // and optical depth along it: a sheet one voxel thick loses nothing then. `p` in voxel space. Thread-safe.
+  [[nodiscard]] LitVoxel at(const V3d& p, int axis) const;
   // Share of light along the segment from `p`, direction `d` (unit), `length`, all in world units. Thread-safe.
   [[nodiscard]] float transmittance(const V3d& p, const V3d& d, double length) const;
 
