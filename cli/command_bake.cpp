@@ -161,8 +161,6 @@ int command_bake(const Settings& settings) {
   if (settings.inputs.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --recipe with a pack");
   if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
 
-  if (settings.recipe.max_error > 0) throw Error(Code::kUnsupported, "--max-error", "not supported in this version", "use --samples");
-
   std::optional<tbb::global_control> limit;
   if (settings.recipe.threads > 0)
     limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(settings.recipe.threads));
