@@ -122,8 +122,8 @@ std::string source_path(const std::string& source, const fs::path& target) {
   std::error_code ec;
   const fs::path path = fs::weakly_canonical(fs::absolute(source, ec), ec);
   const fs::path relative = path.lexically_relative(target);
-  auto in_path = path.relative_path().begin(), in_target = target.relative_path().begin();
-  const bool shared = in_path != path.relative_path().end() && in_target != target.relative_path().end() && *in_path == *in_target;
+  const fs::path from_root = path.relative_path(), target_from_root = target.relative_path();  // without the leading "/"
+  const bool shared = !from_root.empty() && !target_from_root.empty() && *from_root.begin() == *target_from_root.begin();
   return ec || relative.empty() || !shared ? fs::path(source).filename().generic_string() : relative.generic_string();
 }
 
