@@ -98,7 +98,7 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
   shader.voxel = [&surface, light](const V3i& voxel, std::int64_t index) {
     const Moments& m = surface.moments[static_cast<std::size_t>(index)];
     if (!(m.covered > 0)) return V3f(-1, -1, -1);
-    const V3f color = V3f(surface.material[static_cast<std::size_t>(index)].color / m.covered);
+    const V3f color = V3f(surface.color[static_cast<std::size_t>(index)] / m.covered);
     const double length = m.m.length();
     return light(color, V3d(voxel.x + 0.5, voxel.y + 0.5, voxel.z + 0.5), length > 0 ? m.m / length : V3d(0, 0, 1), !(length > 0));
   };
@@ -123,7 +123,7 @@ void measure(const Plan& plan, std::span<const Surface> surfaces, const Visibili
   double area = 0, covered = 0;
   V3d color(0, 0, 0);
   for (const Moments& m : surfaces[0].moments) { area += m.area; covered += m.covered; }
-  for (const MaterialSums& m : surfaces[0].material) color += m.color;
+  for (const V3d& c : surfaces[0].color) color += c;
   const double face = plan.grid.h * plan.grid.h;
   pack.statistics = plan.statistics;
   pack.statistics.covered_area = covered * face;
@@ -172,7 +172,8 @@ Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
   std::vector<Surface> surfaces;
   {
     StageTimer timer(report, "surface");
-    surfaces.push_back(clip_surface(scene, plan, *textures, colors || want.material || kinds.transparency, report));
+    const bool more = kinds.ks || kinds.roughness || kinds.transparency || kinds.emission;
+    surfaces.push_back(clip_surface(scene, plan, *textures, {.color = colors, .material = (want.material && more) || (opacity && kinds.transparency)}, report));
     if (surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
     const int levels = want.volume() ? level_count(plan.grid, recipe) : 1;
     while (static_cast<int>(surfaces.size()) < levels) surfaces.push_back(coarser(surfaces.back()));

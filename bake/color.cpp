@@ -102,7 +102,10 @@ Colored grow(const Colored& from, const Grid& grid) {
   for (const Block& b : candidates)
     if (bits_of(b) > 0) to.set.blocks.push_back(b);
   number(to.set);
-  to.color.resize(static_cast<std::size_t>(to.set.count));
+  // One colour everywhere stays one colour: nothing to average.
+  const bool uniform = std::all_of(from.color.begin(), from.color.end(), [&](const V3f& c) { return c == from.color.front(); });
+  to.color.resize(static_cast<std::size_t>(to.set.count), from.color.empty() ? V3f(0, 0, 0) : from.color.front());
+  if (uniform) return to;
   tbb::parallel_for(std::size_t{0}, to.set.blocks.size(), [&](std::size_t i) {
     const Block& b = to.set.blocks[i];
     std::array<std::int32_t, 27> near;
@@ -142,7 +145,7 @@ Colored own_colors(const Surface& surface) {
         const auto at = static_cast<std::size_t>(i);
         if (!(surface.moments[at].covered > 0)) continue;  // all of it cut away
         kept.mask[static_cast<std::size_t>(x)] |= word & (~word + 1);
-        own.color.push_back(V3f(surface.material[at].color / surface.moments[at].covered));
+        own.color.push_back(V3f(surface.color[at] / surface.moments[at].covered));
       }
     if (bits_of(kept) > 0) own.set.blocks.push_back(kept);
   }

@@ -35,12 +35,17 @@ struct Edge {
   std::int64_t x, y;
   Wide dx, dy;
   bool closed;         // a ray exactly on the edge belongs to this triangle (top-left rule)
-  double slope;        // dx/dy, 0 where dy = 0
   [[nodiscard]] Wide value(std::int64_t u, std::int64_t v) const { return dx * Wide(v - y) - dy * Wide(u - x); }
   [[nodiscard]] bool holds(std::int64_t u, std::int64_t v) const {
     const Wide e = value(u, v);
     return e > 0 || (e == 0 && closed);
   }
+};
+
+// An edge as doubles: where it crosses a row, within kUnsure units.
+struct Line {
+  double x, y, slope;
+  [[nodiscard]] double at(double v) const { return x + (v - y) * slope; }
 };
 
 struct Rasteriser {
@@ -91,33 +96,43 @@ struct Rasteriser {
     for (int i = 0; i < 3; ++i) {
       const int a = order[(i + 1) % 3], b = order[(i + 2) % 3];
       const std::int64_t dx = x[b] - x[a], dy = y[b] - y[a];
-      edge[i] = {x[a], y[a], Wide(dx), Wide(dy), dy < 0 || (dy == 0 && dx < 0), dy == 0 ? 0.0 : static_cast<double>(dx) / static_cast<double>(dy)};
+      edge[i] = {x[a], y[a], Wide(dx), Wide(dy), dy < 0 || (dy == 0 && dx < 0)};
+    }
+    Line left[2], right[2];  // edges that bound a row; a triangle has at most two on a side
+    int lefts = 0, rights = 0;
+    for (const Edge<Wide>& e : edge) {
+      if (e.dy == 0) continue;
+      Line& line = e.dy < 0 ? left[lefts++] : right[rights++];
+      line = {static_cast<double>(e.x), static_cast<double>(e.y), static_cast<double>(e.dx) / static_cast<double>(e.dy)};
     }
     const Shade shade = make_shade(t, area > 0, static_cast<double>(area > 0 ? area : -area), order);
     const RayPattern& pattern = bundle.pattern;
-    for (std::int64_t row = row0; row < row1; ++row) {
-      const std::int64_t voxel_row = row / pattern.rows;
-      const auto r = static_cast<std::size_t>(row - voxel_row * pattern.rows);
-      const std::int64_t v = (voxel_row << kFixedBits) + pattern.v[r];
-      double lo = -1, hi = static_cast<double>(std::int64_t{bundle.nu} << kFixedBits);
-      for (const Edge<Wide>& e : edge) {
-        if (e.dy == 0) continue;
-        const double at = static_cast<double>(e.x) + static_cast<double>(v - e.y) * e.slope;
-        if (e.dy < 0) lo = std::max(lo, at);
-        else hi = std::min(hi, at);
+    const double end = static_cast<double>(std::int64_t{bundle.nu} << kFixedBits);
+    std::int64_t voxel_row = row0 / pattern.rows;
+    auto r = static_cast<std::size_t>(row0 - voxel_row * pattern.rows);
+    for (std::int64_t row = row0; row < row1; ++row, ++r) {
+      if (r == static_cast<std::size_t>(pattern.rows)) {
+        r = 0;
+        ++voxel_row;
       }
+      const std::int64_t v = (voxel_row << kFixedBits) + pattern.v[r];
+      const auto vd = static_cast<double>(v);
+      double lo = -1, hi = end;
+      for (int i = 0; i < lefts; ++i) lo = std::max(lo, left[i].at(vd));
+      for (int i = 0; i < rights; ++i) hi = std::min(hi, right[i].at(vd));
       if (hi < lo - 2 * kUnsure) continue;
+      const auto from = static_cast<std::int64_t>(lo) - 1 - kUnsure, to = static_cast<std::int64_t>(hi) + 1 + kUnsure;
+      const std::size_t row_rays = (static_cast<std::size_t>(row) - static_cast<std::size_t>(band.v0) * static_cast<std::size_t>(pattern.rows)) * static_cast<std::size_t>(bundle.nu);
       for (int j = 0; j < pattern.per_row; ++j) {
         const int offset = pattern.u[r * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j)];
-        const std::int64_t first = std::max<std::int64_t>(0, (static_cast<std::int64_t>(std::floor(lo)) - kUnsure - offset + kOne - 1) >> kFixedBits);
-        const std::int64_t last = std::min<std::int64_t>(bundle.nu - 1, (static_cast<std::int64_t>(std::ceil(hi)) + kUnsure - offset) >> kFixedBits);
+        const std::int64_t first = std::max<std::int64_t>(0, (from - offset + kOne - 1) >> kFixedBits);
+        const std::int64_t last = std::min<std::int64_t>(bundle.nu - 1, (to - offset) >> kFixedBits);
         for (std::int64_t column = first; column <= last; ++column) {
           const std::int64_t u = (column << kFixedBits) + offset;
           const auto at = static_cast<double>(u);
           if (!(at > lo + kUnsure && at < hi - kUnsure) && !(edge[0].holds(u, v) && edge[1].holds(u, v) && edge[2].holds(u, v))) continue;
           const double e1 = static_cast<double>(edge[1].value(u, v)), e2 = static_cast<double>(edge[2].value(u, v));
-          const auto ray = ((static_cast<std::size_t>(row) - static_cast<std::size_t>(band.v0) * static_cast<std::size_t>(pattern.rows)) * static_cast<std::size_t>(bundle.nu) +
-                            static_cast<std::size_t>(column)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
+          const std::size_t ray = (row_rays + static_cast<std::size_t>(column)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
           emit(shade, static_cast<std::uint32_t>(ray), e1 * shade.inverse_area, e2 * shade.inverse_area);
         }
       }

@@ -28,6 +28,7 @@ struct Layer8 {
   std::vector<std::int32_t> slot;       // per (by, bx)
   std::vector<Cells> cells;
   std::vector<Moments> moments;
+  std::vector<V3d> color;
   std::vector<MaterialSums> material;
 };
 
@@ -35,7 +36,7 @@ struct Clipper {
   const Scene& scene;
   const Plan& plan;
   const TextureSet& textures;
-  bool want_material;
+  SurfaceWant want;
   V3i blocks;
 
   bool make_facet(std::uint32_t t, Facet& facet, Polygon& corners) const {
@@ -51,7 +52,7 @@ struct Clipper {
     facet.g2 = cross.cross(b - a) / square;
     const std::uint32_t material = scene.mesh.materials[t];
     facet.one_sided = !plan.two_sided[material];
-    facet.sampled = textures.has_cutouts(material) || (want_material && (textures.textured(material) || !scene.mesh.colors.empty()));
+    facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty()));
     facet.coverage = 1;
     facet.color = scene.materials[material].kd;
     corners.n = 3;
@@ -91,7 +92,8 @@ struct Clipper {
     if (number < 0) {
       number = static_cast<std::int32_t>(layer.moments.size());
       layer.moments.emplace_back();
-      if (want_material) layer.material.emplace_back();
+      if (want.color) layer.color.emplace_back(0, 0, 0);
+      if (want.material) layer.material.emplace_back();
     }
     SurfaceSample s{facet.color, facet.coverage};
     if (facet.sampled) s = integrate(facet, piece, area);
@@ -108,11 +110,11 @@ struct Clipper {
     sums.xy += w * n.x * n.y;
     sums.xz += w * n.x * n.z;
     sums.yz += w * n.y * n.z;
-    if (!want_material) return;
+    if (want.color) layer.color[static_cast<std::size_t>(number)] += V3d(s.color) * w;
+    if (!want.material) return;
     const Material& material = scene.materials[scene.mesh.materials[facet.triangle]];
     MaterialSums& mean = layer.material[static_cast<std::size_t>(number)];
     const double alpha = static_cast<double>(material.roughness);
-    mean.color += V3d(s.color) * w;
     mean.ks += V3d(material.ks) * w;
     mean.emission += V3d(material.ke) * w;
     mean.roughness2 += alpha * alpha * w;
@@ -158,59 +160,75 @@ void bin_triangles(const Scene& scene, const Plan& plan, int layers, std::vector
       for (int l = l0; l <= l1; ++l) bins[at[static_cast<std::size_t>(l)]++] = t;
 }
 
-// A finished layer in mask order.
+// A finished layer in mask order: `order` says which voxel of the layer comes next.
 struct PackedLayer {
+  Layer8 layer;
   std::vector<Block> blocks;
-  std::vector<Moments> moments;
-  std::vector<MaterialSums> material;
+  std::vector<std::int32_t> order;
 };
 
-PackedLayer pack_layer(const Layer8& layer, const V3i& blocks, int bz, bool want_material) {
+PackedLayer pack_layer(Layer8&& layer, const V3i& blocks, int bz) {
   PackedLayer packed;
-  packed.moments.reserve(layer.moments.size());
+  packed.order.reserve(layer.moments.size());
   for (int by = 0; by < blocks.y; ++by)
     for (int bx = 0; bx < blocks.x; ++bx) {
       const std::int32_t slot = layer.slot[static_cast<std::size_t>(by) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(bx)];
       if (slot < 0) continue;
       Block block;
       block.at = V3i(bx, by, bz);
-      block.first = static_cast<std::int64_t>(packed.moments.size());
+      block.first = static_cast<std::int64_t>(packed.order.size());
       const auto& number = layer.cells[static_cast<std::size_t>(slot)].number;
       for (std::size_t i = 0; i < 512; ++i) {
         if (number[i] < 0) continue;
         block.mask[i >> 6] |= std::uint64_t{1} << (i & 63);
-        packed.moments.push_back(layer.moments[static_cast<std::size_t>(number[i])]);
-        if (want_material) packed.material.push_back(layer.material[static_cast<std::size_t>(number[i])]);
+        packed.order.push_back(number[i]);
       }
       packed.blocks.push_back(block);
     }
+  layer.cells = {};
+  packed.layer = std::move(layer);
   return packed;
 }
 
-Surface join(std::vector<PackedLayer>& layers) {
+Surface join(std::vector<PackedLayer>& layers, const SurfaceWant& want) {
   Surface surface;
+  std::vector<std::int64_t> first;
   for (PackedLayer& layer : layers) {
+    first.push_back(surface.set.count);
     for (Block& block : layer.blocks) {
       block.first += surface.set.count;
       surface.set.blocks.push_back(block);
     }
-    surface.set.count += static_cast<std::int64_t>(layer.moments.size());
-    surface.moments.insert(surface.moments.end(), layer.moments.begin(), layer.moments.end());
-    surface.material.insert(surface.material.end(), layer.material.begin(), layer.material.end());
-    layer = {};
+    surface.set.count += static_cast<std::int64_t>(layer.order.size());
   }
+  const auto count = static_cast<std::size_t>(surface.set.count);
+  surface.moments.resize(count);
+  if (want.color) surface.color.resize(count);
+  if (want.material) surface.material.resize(count);
+  tbb::parallel_for(std::size_t{0}, layers.size(), [&](std::size_t l) {
+    const PackedLayer& from = layers[l];
+    auto to = static_cast<std::size_t>(first[l]);
+    for (const std::int32_t number : from.order) {
+      const auto i = static_cast<std::size_t>(number);
+      surface.moments[to] = from.layer.moments[i];
+      if (want.color) surface.color[to] = from.layer.color[i];
+      if (want.material) surface.material[to] = from.layer.material[i];
+      ++to;
+    }
+    layers[l] = {};
+  });
   return surface;
 }
 
 }  // namespace
 
-Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, bool want_material, Report& report) {
+Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report) {
   const V3i blocks((plan.grid.n.x + 7) / 8, (plan.grid.n.y + 7) / 8, (plan.grid.n.z + 7) / 8);
   std::vector<std::size_t> first;
   std::vector<std::uint32_t> bins;
   bin_triangles(scene, plan, blocks.z, first, bins);
 
-  const Clipper clipper{scene, plan, textures, want_material, blocks};
+  const Clipper clipper{scene, plan, textures, want, blocks};
   std::vector<PackedLayer> packed(static_cast<std::size_t>(blocks.z));
   std::atomic<int> done{0};
   tbb::parallel_for(0, blocks.z, [&](int bz) {
@@ -218,10 +236,10 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
     layer.slot.assign(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y), -1);
     const int z0 = bz * 8, z1 = std::min(plan.grid.n.z, z0 + 8);
     for (std::size_t i = first[static_cast<std::size_t>(bz)]; i < first[static_cast<std::size_t>(bz) + 1]; ++i) clipper.clip_triangle(layer, bins[i], z0, z1);
-    packed[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want_material);
+    packed[static_cast<std::size_t>(bz)] = pack_layer(std::move(layer), blocks, bz);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
   });
-  return join(packed);
+  return join(packed, want);
 }
 
 Surface coarser(const Surface& fine) {
@@ -263,6 +281,7 @@ Surface coarser(const Surface& fine) {
         result.set.blocks.push_back(b);
       }
   result.moments.resize(static_cast<std::size_t>(result.set.count));
+  if (!fine.color.empty()) result.color.resize(static_cast<std::size_t>(result.set.count), V3d(0, 0, 0));
   if (!fine.material.empty()) result.material.resize(static_cast<std::size_t>(result.set.count));
   for (const Block& b : fine.set.blocks) {
     const Block& parent = parents[parent_of(b.at)];
@@ -270,6 +289,7 @@ Surface coarser(const Surface& fine) {
       const int px = (b.at.x & 1) * 4 + x / 2, py = (b.at.y & 1) * 4 + y / 2, pz = (b.at.z & 1) * 4 + z / 2;
       const auto to = static_cast<std::size_t>(parent.index(px, py, pz));
       result.moments[to] += fine.moments[static_cast<std::size_t>(index)];
+      if (!fine.color.empty()) result.color[to] += fine.color[static_cast<std::size_t>(index)];
       if (!fine.material.empty()) result.material[to] += fine.material[static_cast<std::size_t>(index)];
     });
   }

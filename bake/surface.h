@@ -22,14 +22,14 @@ struct Moments {
   }
 };
 
-// Material sums, each weighted by covered area. Means are these over Moments::covered.
+// Material sums besides colour, each weighted by covered area. Means are these over Moments::covered.
 struct MaterialSums {
-  V3d color{0, 0, 0}, ks{0, 0, 0}, emission{0, 0, 0};
-  double roughness2 = 0;    // of α², which adds like a variance (field notes §5)
+  V3d ks{0, 0, 0}, emission{0, 0, 0};
+  double roughness2 = 0;    // of α², which adds like a variance
   double transparency = 0;  // of 1 − opacity
 
   MaterialSums& operator+=(const MaterialSums& o) {
-    color += o.color; ks += o.ks; emission += o.emission;
+    ks += o.ks; emission += o.emission;
     roughness2 += o.roughness2; transparency += o.transparency;
     return *this;
   }
@@ -38,12 +38,15 @@ struct MaterialSums {
 struct Surface {
   VoxelSet set;                         // voxels with surface in them
   std::vector<Moments> moments;         // per voxel of the set
-  std::vector<MaterialSums> material;   // likewise; empty where neither colour nor material is wanted
+  std::vector<V3d> color;               // likewise: Σ A·albedo, linear; empty where no colour is wanted
+  std::vector<MaterialSums> material;   // likewise; empty where no material says more than a colour
 };
+
+struct SurfaceWant { bool color = true, material = true; };
 
 // Exact to rounding: Σ area over voxels is the area of the mesh within the box. A voxel's sums run in triangle order.
 // Memory: 90–200 bytes a border voxel. Threads: one block layer (8 voxels along z) a task.
-[[nodiscard]] Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, bool want_material, Report& report);
+[[nodiscard]] Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report);
 
 // Sums of eight children each: the surface one level up.
 [[nodiscard]] Surface coarser(const Surface& fine);
