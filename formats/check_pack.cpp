@@ -4,6 +4,7 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "formats/error.h"
 #include "formats/read_pack.h"
@@ -34,7 +35,7 @@ class Tally {
   Tally& operator=(const Tally&) = delete;
   void add(const V3i& voxel, double value) {
     if (count_++ == 0)
-      first_ = "(" + std::to_string(voxel.x) + ", " + std::to_string(voxel.y) + ", " + std::to_string(voxel.z) + ") with " + std::to_string(value);
+      first_ = std::string("(").append(std::to_string(voxel.x)) + ", " + std::to_string(voxel.y) + ", " + std::to_string(voxel.z) + ") with " + std::to_string(value);
   }
 
  private:

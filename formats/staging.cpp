@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
   throw Error(full ? Code::kRunning : Code::kFile, path.string(), what + " (" + std::strerror(cause) + ")", full ? "free some space" : "");
 }
 
-std::string prefix_of(const fs::path& target) { return "." + target.filename().string() + ".texel-"; }
+std::string prefix_of(const fs::path& target) { return std::string(".").append(target.filename().string()).append(".texel-"); }
 
 // The PID in a leftover's name; 0 where the name is not one of ours.
 pid_t pid_in(const std::string& name, const std::string& prefix) {

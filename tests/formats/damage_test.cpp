@@ -87,6 +87,9 @@ TEST_F(Damage, FilesMissingExtraAndChanged) {
 }
 
 TEST_F(Damage, TruncatedVolumeWithItsHashMadeRight) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "OpenVDB asks for as much memory as a cut file says; the sanitizer stops there instead of throwing bad_alloc";
+#endif
   const std::string bytes = bytes_of(pack + "/volume.vdb");
   for (std::size_t i = 0; i < 40; ++i) {
     put_bytes(pack + "/volume.vdb", bytes.substr(0, bytes.size() * i / 40));
