@@ -83,7 +83,9 @@ bool write_rows(std::FILE* file, const Image& image, png_bytepp rows) {
   png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8, kTypes[image.channels - 1],
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-  png_set_compression_level(png, 1);
+  // Measured on mostly empty pictures of 256², smooth and speckled (ms; kB): sub 0.6; 5.1 and 0.9; 23. Trying all filters takes 2 ms for
+  // 3.8 and 23 kB, level 6 takes 1.2 and 2.6 ms for 2.7 and 20 kB, no filter 0.8; 6.2 and 0.7; 17, up 0.7; 4.0 and 1.1; 29.
+  png_set_compression_level(png, 2);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_write_info(png, info);
   png_write_image(png, rows);
