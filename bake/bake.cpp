@@ -71,7 +71,7 @@ int slice_count(const Recipe& recipe, const Grid& grid, double width, int axis) 
 
 // Lives as long as the tracing: colours of slices, lit where lights are given.
 SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& textures, const Surface& surface, const Recipe& recipe, const RayScene* rays) {
-  const double width = plan.grid.h / recipe.samples;
+  const auto width = static_cast<float>(plan.grid.h / recipe.samples);
   const auto light = [&scene, &plan, &recipe, rays](V3f color, const V3d& voxel_point, const V3d& normal, bool two_sided) {
     if (recipe.lights.empty()) return color;
     const V3d point = plan.grid.to_world(voxel_point);
@@ -84,7 +84,7 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     V3f color = scene.materials[material].kd;
     if (textures.textured(material) || !scene.mesh.colors.empty()) {
       const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
-      color = surface_sample(textures, scene.mesh, c.triangle, b.b1, b.b2, width).color;
+      color = footprint_sample(textures, scene.mesh, c.triangle, b.b1, b.b2, plan.uv_width.empty() ? 0 : plan.uv_width[c.triangle] * width).color;
     }
     if (recipe.lights.empty()) return color;
     V3d point;
@@ -165,6 +165,9 @@ Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
     std::vector<bool> cutouts;
     for (std::uint32_t m = 0; m < scene.materials.size(); ++m) cutouts.push_back(textures->has_cutouts(m));
     plan = make_plan(scene, recipe, cutouts, report);
+    bool textured = false;
+    for (std::uint32_t m = 0; m < scene.materials.size(); ++m) textured = textured || textures->textured(m);
+    if (textured) plan.uv_width = uv_widths(*textures, scene.mesh);
   }
   pack.grid = plan.grid;
 

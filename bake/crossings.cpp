@@ -172,7 +172,7 @@ struct Rasteriser {
     s.winding = bundle.plan->winding[t] ? s.enters : std::int8_t{0};
     s.material = bundle.scene->mesh.materials[t];
     s.cut_out = bundle.textures->has_cutouts(s.material);
-    s.footprint = s.cut_out ? uv_per_world(bundle.scene->mesh, t) * static_cast<float>(bundle.plan->grid.h / std::sqrt(bundle.pattern.rays())) : 0;
+    s.footprint = s.cut_out ? bundle.plan->uv_width[t] * static_cast<float>(bundle.plan->grid.h / std::sqrt(bundle.pattern.rays())) : 0;
     return s;
   }
 

@@ -18,6 +18,7 @@ struct Plan {
   std::vector<std::int8_t> turn;    // per triangle: −1 where its component was inside out and its normal is turned, else +1
   std::vector<std::int8_t> winding; // per triangle: what a crossing along its turned normal's negative adds: 1, or 0: open, takes no part
   std::vector<bool> two_sided;      // per material
+  std::vector<float> uv_width;      // per triangle: width in uv of a world length; empty where nothing is textured
   bool fill = false;                // some triangle has winding ≠ 0
   Statistics statistics;            // triangles … volume; colour and voxel counts come later
 };

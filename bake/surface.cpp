@@ -19,6 +19,7 @@ struct Facet {
   V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
   bool one_sided, sampled;
   float coverage;      // where it is not sampled
+  float uv_width;      // uv per world length
   V3f color;
 };
 
@@ -54,6 +55,7 @@ struct Clipper {
     facet.one_sided = !plan.two_sided[material];
     facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty()));
     facet.coverage = 1;
+    facet.uv_width = plan.uv_width.empty() ? 0 : plan.uv_width[t];
     facet.color = scene.materials[material].kd;
     corners.n = 3;
     corners.v[0] = a;
@@ -71,7 +73,8 @@ struct Clipper {
       const double part = (b - a).cross(c - a).length() / 2;
       if (!(part > 1e-9 * area)) continue;
       const V3d p = (a + b + c) / 3.0 - facet.origin;
-      const SurfaceSample s = surface_sample(textures, scene.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2), std::sqrt(part) * plan.grid.h);
+      const SurfaceSample s = footprint_sample(textures, scene.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
+                                               facet.uv_width * static_cast<float>(std::sqrt(part) * plan.grid.h));
       color += V3d(s.color) * (static_cast<double>(s.coverage) * part);
       coverage += static_cast<double>(s.coverage) * part;
       total += part;

@@ -133,12 +133,12 @@ void add_bilinear(const Level& level, int channels, float s, float t, bool clamp
   const float x = s * static_cast<float>(level.width) - 0.5f, y = t * static_cast<float>(level.height) - 0.5f;
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
   const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-  for (int j = 0; j < 2; ++j)
-    for (int i = 0; i < 2; ++i) {
-      const float w = weight * (i ? fx : 1 - fx) * (j ? fy : 1 - fy);
-      const auto at = static_cast<std::size_t>(wrap(y0 + j, level.height, clamp)) * static_cast<std::size_t>(level.width) + static_cast<std::size_t>(wrap(x0 + i, level.width, clamp));
-      for (int c = 0; c < channels; ++c) out[c] += w * level.texels[at * static_cast<std::size_t>(channels) + static_cast<std::size_t>(c)];
-    }
+  const auto row = [&](int j) { return static_cast<std::size_t>(wrap(y0 + j, level.height, clamp)) * static_cast<std::size_t>(level.width); };
+  const auto column = [&](int i) { return static_cast<std::size_t>(wrap(x0 + i, level.width, clamp)); };
+  const std::size_t r0 = row(0), r1 = row(1), c0 = column(0), c1 = column(1), n = static_cast<std::size_t>(channels);
+  const float* const texel[4] = {&level.texels[(r0 + c0) * n], &level.texels[(r0 + c1) * n], &level.texels[(r1 + c0) * n], &level.texels[(r1 + c1) * n]};
+  const float w[4] = {weight * (1 - fx) * (1 - fy), weight * fx * (1 - fy), weight * (1 - fx) * fy, weight * fx * fy};
+  for (std::size_t c = 0; c < n; ++c) out[c] += w[0] * texel[0][c] + w[1] * texel[1][c] + w[2] * texel[2][c] + w[3] * texel[3][c];
 }
 
 // A coordinate brought into [0,1]. Beyond a float's fraction bits there is no position left to speak of.
@@ -353,13 +353,22 @@ float uv_per_world(const Mesh& mesh, std::uint32_t triangle) {
 
 SurfaceSample surface_sample(const TextureSet& textures, const Mesh& mesh, std::uint32_t triangle, double b1, double b2, double width) {
   const std::uint32_t material = triangle < mesh.materials.size() ? mesh.materials[triangle] : kNoIndex;
-  SurfaceSample s;
-  if (textures.textured(material))
-    s = textures.sample(material, uv_at(mesh, triangle, b1, b2), static_cast<float>(width * static_cast<double>(uv_per_world(mesh, triangle))));
-  else
-    s = textures.sample(material, {0, 0}, 0);
-  s.color *= vertex_color_at(mesh, triangle, b1, b2);
+  const bool textured = textures.textured(material);
+  return footprint_sample(textures, mesh, triangle, b1, b2, textured ? static_cast<float>(width * static_cast<double>(uv_per_world(mesh, triangle))) : 0);
+}
+
+SurfaceSample footprint_sample(const TextureSet& textures, const Mesh& mesh, std::uint32_t triangle, double b1, double b2, float footprint) {
+  const std::uint32_t material = triangle < mesh.materials.size() ? mesh.materials[triangle] : kNoIndex;
+  SurfaceSample s = textures.textured(material) ? textures.sample(material, uv_at(mesh, triangle, b1, b2), footprint) : textures.sample(material, {0, 0}, 0);
+  if (!mesh.colors.empty()) s.color *= vertex_color_at(mesh, triangle, b1, b2);
   return s;
+}
+
+std::vector<float> uv_widths(const TextureSet& textures, const Mesh& mesh) {
+  std::vector<float> widths(mesh.triangles.size(), 0.0f);
+  for (std::uint32_t t = 0; t < widths.size(); ++t)
+    if (textures.textured(mesh.materials[t])) widths[t] = uv_per_world(mesh, t);
+  return widths;
 }
 
 }  // namespace texel

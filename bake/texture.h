@@ -2,6 +2,7 @@
 // Stage 2b: Scene -> albedo and coverage anywhere on its surface (textures decoded once, mip-mapped)
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "bake/recipe.h"
 #include "formats/report.h"
@@ -56,5 +57,10 @@ class TextureSet {
 
 // All of it: colour with vertex colour and texture, and coverage, of a footprint `width` (world units) about the point.
 [[nodiscard]] SurfaceSample surface_sample(const TextureSet& textures, const Mesh& mesh, std::uint32_t triangle, double b1, double b2, double width);
+
+// The same with the footprint's width given in uv.
+[[nodiscard]] SurfaceSample footprint_sample(const TextureSet& textures, const Mesh& mesh, std::uint32_t triangle, double b1, double b2, float footprint);
+// uv_per_world of every textured triangle, 0 for the others.
+[[nodiscard]] std::vector<float> uv_widths(const TextureSet& textures, const Mesh& mesh);
 
 }  // namespace texel
