@@ -1,6 +1,7 @@
 #include "bake/view.h"
 
 #include <tbb/blocked_range.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -120,7 +121,7 @@ void for_rows(int height, int threads, const std::function<void(int)>& row) {
       for (int y = rows.begin(); y < rows.end(); ++y) row(y);
     });
   };
-  if (threads <= 0) return all();
+  if (threads <= 0 || threads >= tbb::info::default_concurrency()) return all();  // more than there are only earns a warning of TBB's
   tbb::task_arena arena(threads);
   arena.execute(all);
 }
