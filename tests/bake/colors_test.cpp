@@ -1,0 +1,245 @@
+// Stage 7, textures integrated over voxels, cut-outs.
+#include "bake/color.h"
+
+#include "tests/bake/bake_util.h"
+
+namespace texel::test {
+namespace {
+
+// A texture made in memory: `value(x, y)` per texel, row 0 on top.
+void add_texture(Scene& scene, std::uint32_t material, int width, int height, int channels, const std::function<std::array<float, 4>(int, int)>& value) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.channels = channels;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const auto v = value(x, y);
+      image.pixels.insert(image.pixels.end(), v.begin(), v.begin() + channels);
+    }
+  const int number = static_cast<int>(scene.textures.size());
+  scene.textures.push_back({"made", "made"});
+  scene.materials[material].map_kd.texture = number;
+  const auto before = scene.load_texture;
+  scene.load_texture = [image, number, before](int t) { return t == number ? image : before(t); };
+}
+Recipe color_recipe(int resolution) {
+  Recipe recipe = volume_recipe(resolution);
+  recipe.want.slices = true;
+  return recipe;
+}
+
+TEST(Color, PlainMaterialIsExact) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(0.1f, 0.7f, 0.3f);
+  add_ball(s, 1, 16);
+  const Pack pack = bake_quietly(s, color_recipe(40));
+  for (const Level& level : pack.levels) {
+    const Layer* layer = nullptr;
+    const Channel* c = level.find("Cd", &layer);
+    ASSERT_TRUE(c);
+    for (const auto* list : {&c->values, &c->tiles})
+      for (std::size_t i = 0; i < list->size(); ++i) ASSERT_NEAR((*list)[i], s.materials[0].kd[static_cast<int>(i % 3)], 5e-6);  // float: means of means of equals
+    const Dense cd = dense(level, "Cd"), area = dense(level, "area");
+    for_each_cell(cd.n, [&](const V3i& v) {
+      for (int k = 0; k < 3 && area.state(v); ++k) EXPECT_NEAR(cd.at(v, k), s.materials[0].kd[k], 1.2e-7f * s.materials[0].kd[k]);  // one step of float
+    });
+  }
+  for (const SliceStack& stack : pack.slices)
+    for (int k = 0; k < stack.count; ++k) {
+      const Image image = stack.image(k);
+      bool any = false;
+      for (std::size_t i = 3; i < image.pixels.size(); i += 4) any = any || image.pixels[i] > 0;
+      if (!any) continue;
+      for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        if (i % 4 < 3) {
+          ASSERT_NEAR(image.pixels[i], s.materials[0].kd[static_cast<int>(i % 4)], 1e-6) << "colour runs on under alpha 0";
+        }
+    }
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(pack.statistics.mean_color[k], s.materials[0].kd[k], 1e-6);
+}
+// Two materials in one voxel weigh by their areas.
+TEST(Color, WeighsByArea) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(1, 0, 0);
+  s.materials.push_back(s.materials[0]);
+  s.materials[1].kd = V3f(0, 1, 0);
+  add_quad(s, V3d(0.1, 0.1, 0.3), V3d(0.4, 0, 0), V3d(0, 0.4, 0), 0);
+  add_quad(s, V3d(0.1, 0.1, 0.6), V3d(0.2, 0, 0), V3d(0, 0.2, 0), 1);
+  Recipe recipe = color_recipe(1);
+  recipe.box = Box3d(V3d(0), V3d(1));
+  const Pack pack = bake_quietly(s, recipe);
+  ASSERT_EQ(pack.grid.n, V3i(1, 1, 1));
+  const V3f c = dense(pack.levels[0], "Cd").at3(V3i(0));
+  EXPECT_NEAR(c.x, 0.8, 1e-6);  // 0.16 : 0.04
+  EXPECT_NEAR(c.y, 0.2, 1e-6);
+}
+TEST(Color, TwoColouredBoxHasThemOnTheRightSides) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(1, 0, 0);
+  s.materials.push_back(s.materials[0]);
+  s.materials[1].kd = V3f(0, 0, 1);
+  // Closed box, red where x < 0, blue beyond.
+  add_box(s, V3d(-1, -1, -1), V3d(0, 1, 1), false, 63 & ~2u, 0);
+  add_box(s, V3d(0, -1, -1), V3d(1, 1, 1), false, 63 & ~1u, 1);
+  const Pack pack = bake_quietly(s, color_recipe(34));
+  const Dense c = dense(pack.levels[0], "Cd"), area = dense(pack.levels[0], "area");
+  ASSERT_EQ(pack.grid.n, V3i(34, 34, 34));
+  for_each_cell(c.n, [&](const V3i& v) {
+    if (!area.state(v)) return;
+    const V3f color = c.at3(v);
+    EXPECT_EQ(color, v.x < 17 ? V3f(1, 0, 0) : V3f(0, 0, 1)) << v.x;
+  });
+  const SliceStack& z = pack.slices[2];
+  for (int k = 1; k < 33; ++k) {
+    const Image image = z.image(k);
+    for (int y = 0; y < 34; ++y)
+      for (int x = 0; x < 34; ++x) {
+        if (image.at(x, y)[3] <= 0) continue;
+        EXPECT_GT(image.at(x, y)[x < 17 ? 0 : 2], 0.49f) << "slice " << k << " column " << x;  // nearest colour: red and blue sides, never swapped
+      }
+  }
+}
+// Colour runs kColorReach voxels beyond matter, and is everywhere where there is matter; never negative or not a number.
+TEST(Color, RunsOn) {
+  Scene s = empty_scene();
+  add_ball(s, 1, 16);
+  add_quad(s, V3d(-2, -2, -1), V3d(1, 0.2, 0.1), V3d(0, 1, 0.4));
+  Recipe recipe = color_recipe(50);
+  recipe.margin = 4;
+  const Pack pack = bake_quietly(s, recipe);
+  check_invariants(pack);
+  for (const Level& level : pack.levels) {
+    const Dense cd = dense(level, "Cd"), area = dense(level, "area"), solid = dense(level, "solid");
+    for_each_cell(cd.n, [&](const V3i& v) {
+      int near = 99;
+      for (int dz = -3; dz <= 3; ++dz)
+        for (int dy = -3; dy <= 3; ++dy)
+          for (int dx = -3; dx <= 3; ++dx)
+            if (area.state(v + V3i(dx, dy, dz))) near = std::min(near, std::max({std::abs(dx), std::abs(dy), std::abs(dz)}));
+      if (near <= kColorReach || solid.state(v)) {
+        EXPECT_TRUE(cd.state(v)) << "no colour " << near << " voxels from surface";
+      }
+      if (near > kColorReach && !solid.state(v)) {
+        EXPECT_FALSE(cd.state(v));
+      }
+    });
+  }
+}
+
+// A checkerboard of black and white squares, four to a voxel's edge: every voxel is grey. In the mip chain one texel of the level chosen
+// covers a piece of the surface, and pieces are as large as voxels or smaller.
+TEST(Texture, CheckerboardFinerThanAVoxelAveragesOut) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(1, 1, 1);
+  add_quad(s, V3d(0, 0, 0.4), V3d(1, 0, 0), V3d(0, 1, 0.2));
+  add_texture(s, 0, 128, 128, 3, [](int x, int y) { const float v = static_cast<float>((x + y) % 2); return std::array<float, 4>{v, v, v, 1}; });
+  const Pack pack = bake_quietly(s, color_recipe(34));  // 32 voxels across, 4 texels a voxel
+  const Layer* layer = nullptr;
+  const Channel* area = pack.levels[0].find("area", &layer);
+  const Dense cd = dense(pack.levels[0], "Cd");
+  double sum = 0, total = 0, worst = 0;
+  for_each_voxel(layer->set, [&](const V3i& v, std::int64_t i) {
+    const double a = static_cast<double>(area->values[static_cast<std::size_t>(i)]), c = static_cast<double>(cd.at(v));
+    sum += a * c;
+    total += a;
+    if (a > 0.25) worst = std::max(worst, std::abs(c - 0.5));
+  });
+  EXPECT_NEAR(sum / total, 0.5, 0.01);
+  EXPECT_LE(worst, 0.1);  // a voxel of 16 texels cut at any place: at most 1.6 texels more of one colour
+  std::printf("checkerboard: mean %.5f, worst voxel off by %.3g\n", sum / total, worst);
+}
+// A gradient is linear, so sampling each piece at its centroid is exact: the voxel's colour is that of its surface's centroid.
+TEST(Texture, GradientIsThePiecesMean) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(1, 1, 1);
+  add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0));
+  add_texture(s, 0, 1024, 4, 3, [](int x, int) { const float v = (static_cast<float>(x) + 0.5f) / 1024; return std::array<float, 4>{v, v, v, 1}; });
+  s.materials[0].map_kd.clamp = true;
+  Recipe recipe = color_recipe(8);
+  recipe.box = Box3d(V3d(0), V3d(1));
+  const Pack pack = bake_quietly(s, recipe);
+  const Dense cd = dense(pack.levels[0], "Cd"), area = dense(pack.levels[0], "area");
+  double worst = 0;
+  for_each_cell(cd.n, [&](const V3i& v) {
+    if (area.state(v) && v.x > 0 && v.x < 7) worst = std::max(worst, std::abs(static_cast<double>(cd.at(v)) - (v.x + 0.5) / 8));
+  });
+  EXPECT_LE(worst, 1e-6);  // float: filtering keeps what is linear
+  std::printf("gradient: worst voxel off by %.3g\n", worst);
+}
+// v = 0 is the bottom row of the picture.
+TEST(Texture, BottomRowIsVZero) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(1, 1, 1);
+  add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0));
+  add_texture(s, 0, 16, 16, 3, [](int x, int y) { return std::array<float, 4>{y >= 8 ? 1.f : 0.f, x >= 8 ? 1.f : 0.f, 0, 1}; });
+  Recipe recipe = color_recipe(8);
+  recipe.box = Box3d(V3d(0), V3d(1));
+  const Dense cd = dense(bake_quietly(s, recipe).levels[0], "Cd"), area = dense(bake_quietly(s, recipe).levels[0], "area");
+  for_each_cell(cd.n, [&](const V3i& v) {
+    if (!area.state(v) || v.x % 7 == 0 || v.y % 7 == 0 || v.x == 3 || v.x == 4 || v.y == 3 || v.y == 4) return;  // not where rows meet or wrap
+    EXPECT_NEAR(cd.at(v, 0), v.y < 4 ? 1 : 0, 1e-3);
+    EXPECT_NEAR(cd.at(v, 1), v.x < 4 ? 0 : 1, 1e-3);
+  });
+}
+// The left half is cut away: coverage 0 there, no colour, no opacity, area counted before cut-outs.
+TEST(CutOuts, Weigh) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(1, 1, 1);
+  add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0.001));
+  add_texture(s, 0, 64, 64, 4, [](int x, int) { return std::array<float, 4>{x < 32 ? 1.f : 0.25f, 0, x < 32 ? 1.f : 0.f, x < 32 ? 0.f : 1.f}; });
+  s.materials[0].map_kd.clamp = true;
+  Recipe recipe = color_recipe(16);
+  recipe.box = Box3d(V3d(0), V3d(1));
+  const Pack pack = bake_quietly(s, recipe);
+  check_invariants(pack);
+  const Dense area = dense(pack.levels[0], "area"), coverage = dense(pack.levels[0], "coverage"), alpha = dense(pack.levels[0], "alpha"),
+              cd = dense(pack.levels[0], "Cd"), normal = dense(pack.levels[0], "normal"), crossings = dense(pack.levels[0], "crossings");
+  double covered = 0;
+  for_each_cell(area.n, [&](const V3i& v) {
+    if (!area.state(v)) return;
+    covered += static_cast<double>(area.at(v) * coverage.at(v)) / 256;
+    EXPECT_EQ(normal.at3(v), V3f(0, 0, 0)) << "two-sided";
+    if (v.x < 7) {
+      EXPECT_NEAR(coverage.at(v), 0, 1e-6);
+      EXPECT_NEAR(alpha.at(v, 2), 0, 1e-6);
+      EXPECT_NEAR(crossings.at(v, 2), 0, 1e-6);
+    }
+    if (v.x > 8) {
+      EXPECT_NEAR(coverage.at(v), 1, 1e-6);
+      EXPECT_NEAR(crossings.at(v, 2), area.at(v), 1e-3);  // all rays cross it; tilt 0.001
+      EXPECT_NEAR(cd.at(v, 0), 0.25, 1e-5);
+      EXPECT_NEAR(cd.at(v, 2), 0, 1e-5);  // the cut-away blue does not bleed in: straight colour is weighed by alpha
+    }
+  });
+  EXPECT_NEAR(pack.statistics.area, 1, 1e-5);
+  EXPECT_NEAR(pack.statistics.covered_area, 0.5, 2.0 / 64);  // two texels of filtering along the edge
+  EXPECT_NEAR(covered, pack.statistics.covered_area, 1e-5);
+}
+TEST(CutOuts, AllCutAway) {
+  Scene s = empty_scene();
+  add_box(s, V3d(0), V3d(1));
+  add_texture(s, 0, 4, 4, 4, [](int, int) { return std::array<float, 4>{1, 1, 1, 0}; });
+  const Pack pack = bake_quietly(s, color_recipe(16));
+  check_invariants(pack);
+}
+// Vertex colours multiply kd and are integrated exactly: linear over a triangle.
+TEST(Color, VertexColours) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(0.5f, 1, 1);
+  add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0));
+  for (const V3d& p : s.mesh.points) s.mesh.colors.push_back(V3f(static_cast<float>(p.x), static_cast<float>(p.y), 1));
+  Recipe recipe = color_recipe(8);
+  recipe.box = Box3d(V3d(0), V3d(1));
+  const Pack pack = bake_quietly(s, recipe);
+  const Dense cd = dense(pack.levels[0], "Cd"), area = dense(pack.levels[0], "area");
+  for_each_cell(cd.n, [&](const V3i& v) {
+    if (!area.state(v)) return;
+    EXPECT_NEAR(cd.at(v, 0), 0.5 * (v.x + 0.5) / 8, 1e-6);  // float
+    EXPECT_NEAR(cd.at(v, 1), (v.y + 0.5) / 8, 1e-6);
+    EXPECT_NEAR(cd.at(v, 2), 1, 1e-6);
+  });
+}
+
+}  // namespace
+}  // namespace texel::test
