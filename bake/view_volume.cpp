@@ -131,9 +131,14 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
     for (std::size_t i = 0; i < count; ++i) {
       const LitVoxel voxel = levels[l + i]->at(in[l + i].at(middle), axis);
       const auto blend = static_cast<float>(count == 1 ? 1 : i == 0 ? 1 - f : f);
-      // Surfaces hide what they hide of all that is left, as if in places of their own; a solid is one body: the fullest place the
-      // ray passed says how much of it the body hides.
-      const float surface = -left * std::expm1(-voxel.alpha * static_cast<float>(step / levels[l + i]->grid().h));
+      // Surfaces hide what they hide of all that is left, as if in places of their own. But where one sheet goes from a layer of voxels
+      // to the next, each has a part of it and the parts add up. And a solid is one body: the fullest place the ray passed says how
+      // much of it the body hides.
+      const auto way = static_cast<float>(step / levels[l + i]->grid().h);
+      const float apart = -left * std::expm1(-voxel.alpha * way), opacity = -std::expm1(-voxel.alpha);
+      const float together = std::max(apart, std::min(left, opacity * way));
+      const float coherent = opacity > 0 ? std::min(voxel.sheet / opacity, 1.0f) : 0.0f;
+      const float surface = apart + coherent * (together - apart);
       const float part = blend * std::max(surface, voxel.solid - (1 - left));
       if (!(part > 0)) continue;
       gain += part;

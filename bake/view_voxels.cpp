@@ -303,6 +303,10 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
   const bool surface = normal_.at(voxel) || diagonal_.at(voxel) || (!normal_.present() && !diagonal_.present());
   lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
   if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
+  if (lit.solid <= 0) {
+    const float facing = normal_.color(voxel, V3f(0.0f)).dot(V3f(direction));
+    lit.sheet = lit.alpha * std::min(facing * facing, 1.0f);
+  }
   const float weight = std::max(lit.alpha, lit.solid);
   if (!surface || !(weight > 0)) return lit;
   lit.known = weight;
@@ -332,7 +336,7 @@ LitVoxel LitLevel::at(const V3d& p, int axis) const {
   const Block* block = one_block ? block_at(V3i(low.x >> 3, low.y >> 3, low.z >> 3)) : nullptr;
   LitVoxel sum;
   if (one_block && !block) return sum;
-  float sheet[2] = {0, 0};  // opacity of the two layers across the axis, times the weight of the layer
+  float layers[2] = {0, 0};  // opacity of the two layers across the axis, times the weight of the layer
   for (int corner = 0; corner < 8; ++corner) {
     const int dx = corner >> 2, dy = corner >> 1 & 1, dz = corner & 1;
     const int x = low.x + dx, y = low.y + dy, z = low.z + dz;
@@ -340,14 +344,15 @@ LitVoxel LitLevel::at(const V3d& p, int axis) const {
     if (!b) continue;
     const LitVoxel& voxel = (*b)[static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3 | (z & 7))];
     const float weight = (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z);
-    sheet[(axis == 0 ? dx : axis == 1 ? dy : dz)] += weight * voxel.alpha;
+    layers[(axis == 0 ? dx : axis == 1 ? dy : dz)] += weight * voxel.alpha;
+    sum.sheet += weight * voxel.sheet;
     sum.solid += weight * voxel.solid;
     sum.known += weight * voxel.known;
     sum.light += voxel.light * weight;
   }
   for (int layer = 0; layer < 2; ++layer) {
     const float share = layer ? f[axis] : 1 - f[axis];
-    if (sheet[layer] > 0) sum.alpha -= share * std::log1p(-std::min(sheet[layer] / share, 1 - 1e-6f));
+    if (layers[layer] > 0) sum.alpha -= share * std::log1p(-std::min(layers[layer] / share, 1 - 1e-6f));
   }
   return sum;
 }
