@@ -3,9 +3,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <random>
+#include <thread>
 
 #include "formats/read_pack.h"
 #include "tests/formats/write_test_util.h"
@@ -27,6 +29,8 @@ TEST(KillHelper, DISABLED_WritesByTurns) {
   const char* target = std::getenv("TEXEL_KILL_TARGET");
   ASSERT_NE(target, nullptr);
   const Pack packs[] = {small_pack(), large_pack()};
+  save(packs[1], std::string(target) + ".first");  // loads what is loaded on first use
+  put_bytes(std::string(target) + ".ready", "");
   for (int i = 0;; ++i) save(packs[i % 2], target);
 }
 
@@ -47,17 +51,25 @@ TEST(Kill, LeavesTheOldPackOrTheNewOne) {
   const auto large = contents(folder / "large");
   fs::remove_all(folder / "large");
   std::mt19937 random(20260101);
-  // Starting takes about 60 ms and a write 10 to 40 ms: the moments spread over start, first writes and swaps.
-  std::uniform_int_distribution<int> milliseconds(20, 300);
+  // Moments spread over three rounds of both packs, as long as a round takes on this machine just now.
+  const auto start = std::chrono::steady_clock::now();
+  save(large_pack(), folder / "large");
+  save(small_pack(), folder / "large");
+  const auto round = std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start).count();
+  fs::remove_all(folder / "large");
+  std::uniform_int_distribution<std::int64_t> moment(0, 3 * round);
   int half = 0, were_small = 0, were_large = 0, killed_midway = 0;
   for (int i = 0; i < 50; ++i) {
     const pid_t pid = start_writer(target);
     ASSERT_GT(pid, 0);
-    usleep(static_cast<useconds_t>(milliseconds(random)) * 1000u);
+    for (int wait = 0; wait < 6000 && !fs::exists(target + ".ready"); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(std::chrono::microseconds(moment(random)));
     kill(pid, SIGKILL);
     int status = 0;
     ASSERT_EQ(waitpid(pid, &status, 0), pid);
     ASSERT_TRUE(WIFSIGNALED(status)) << "the writer stopped by itself with status " << WEXITSTATUS(status);
+    fs::remove(target + ".ready");
+    fs::remove_all(target + ".first");
     const std::string findings = findings_text(target);
     EXPECT_EQ(findings, "") << "after kill " << i;
     half += !findings.empty();
