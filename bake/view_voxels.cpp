@@ -304,8 +304,8 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
   lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
   if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
   if (lit.solid <= 0) {
-    const float facing = normal_.color(voxel, V3f(0.0f)).dot(V3f(direction));
-    lit.sheet = lit.alpha * std::min(facing * facing, 1.0f);
+    const V3f m = normal_.color(voxel, V3f(0.0f));
+    lit.sheet = lit.alpha * std::min(m.dot(m), 1.0f);
   }
   const float weight = std::max(lit.alpha, lit.solid);
   if (!surface || !(weight > 0)) return lit;

@@ -36,7 +36,7 @@ class Field {
 // A voxel as the eye sees it.
 struct LitVoxel {
   float alpha = 0;     // of the surfaces: opacity of one voxel edge along the line of sight; between voxels: the optical depth
-  float sheet = 0;     // opacity · how far the surfaces are one open sheet that faces the eye, (m·w/A)²
+  float sheet = 0;     // opacity · how far the surfaces are one open sheet, (|m|/A)²
   float solid = 0;     // filled share
   float known = 0;     // weight of `light`; 0: inside a solid, the ray's last colour goes on
   V3f light{0, 0, 0};  // light sent to the eye · known
