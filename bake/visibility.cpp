@@ -197,7 +197,6 @@ struct Tracer {
 void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surface& surface, const Grid& grid, Visibility& out) {
   const BlockIndex border(surface.set, grid.n);
   VoxelSet all;
-  const V3i nb = border.n;
   std::vector<std::int32_t> slot(border.slots.size(), -1);
   for (const auto& band : runs)
     for (const InsideRun& run : band)
@@ -223,7 +222,6 @@ void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surfa
     out.inside.count += bits;
     out.inside.blocks.push_back(block);
   }
-  (void)nb;
 }
 
 }  // namespace
@@ -286,8 +284,6 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
     const RayPattern pattern = make_pattern(recipe.pattern, recipe.samples);
     const RayStep step(static_cast<int>(l));
     Visibility& to = result.levels[l];
-    const Grid grid = plan.grid.level(static_cast<int>(l));
-    (void)grid;
     // Rays a voxel column of this level holds; columns cut by the box's end hold fewer, the missing ones meet nothing.
     const double rays = static_cast<double>(pattern.rays()) * std::pow(4.0, static_cast<double>(l)) / (static_cast<double>(step.step) * step.step);
     const auto count = static_cast<std::size_t>(surfaces[l].set.count);
