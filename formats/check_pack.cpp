@@ -138,13 +138,15 @@ std::array<double, 3> eigenvalues(const V3d& d, const V3d& o) {
 }
 
 void check_sggx(const Level& level, const std::string& file, Findings& findings) {
-  const auto diag = field(level, "S_diag", 3), off = field(level, "S_off", 3);
+  const auto diag = field(level, "S_diag", 3), off = field(level, "S_off", 3), coverage = field(level, "coverage", 1);
   if (!diag || !off) return;
   Tally bad(findings, "pack-sggx-range", file, "S has an eigenvalue outside [0, 1] or none that is 1");
   // Rounding moves S by at most a half step of each entry; the entries' squares sum to at most 3 (eigenvalues up to 1).
   const double slack = std::numbers::sqrt3 * std::max(step_of(*diag->channel), step_of(*off->channel)) + 1e-6;
   diag->each([&](const V3i& v, const float* d, int) {
     const float* o = off->at(v);
+    // Surface that is all cut away has no normals.
+    if (const float* c = coverage ? coverage->at(v) : nullptr; c && c[0] <= 0 && d[0] == 0 && d[1] == 0 && d[2] == 0) return;
     const auto e = eigenvalues(V3d(d[0], d[1], d[2]), o ? V3d(o[0], o[1], o[2]) : V3d(0));
     if (std::abs(e[0] - 1) > slack) bad.add(v, e[0]);
     else if (e[2] < -slack) bad.add(v, e[2]);
