@@ -4,14 +4,19 @@
 #include <cmath>
 #include <numeric>
 
+#include "bake/clip.h"
+
 namespace texel {
 namespace {
 
 constexpr std::int64_t kOne = std::int64_t{1} << kFixedBits;
-// Products of differences of coordinates below this fit int64; beyond, a triangle takes the 128-bit path.
+// Corners lie within ±2¹³ voxels, where products of differences fit int64; what reaches farther is cut to kNear first.
 constexpr std::int64_t kNarrow = std::int64_t{1} << 29;
-// Coordinates are clamped here, 2⁴⁰ voxels away; only the direction of what lies beyond can still matter.
+constexpr double kNear = 8191;
+// Only keeps the conversion to integers defined.
 constexpr double kFar = 0x1p40;
+// Doubles place the ends of a row within this many units; rays that near an end are decided exactly.
+constexpr int kUnsure = 1;
 
 int lattice_generator(int n) {
   int best = 1;
@@ -30,14 +35,13 @@ int lattice_generator(int n) {
   return best;
 }
 
-template <class Wide>
 struct Edge {
   std::int64_t x, y;
-  Wide dx, dy;
+  std::int64_t dx, dy;
   bool closed;         // a ray exactly on the edge belongs to this triangle (top-left rule)
-  [[nodiscard]] Wide value(std::int64_t u, std::int64_t v) const { return dx * Wide(v - y) - dy * Wide(u - x); }
+  [[nodiscard]] std::int64_t value(std::int64_t u, std::int64_t v) const { return dx * (v - y) - dy * (u - x); }
   [[nodiscard]] bool holds(std::int64_t u, std::int64_t v) const {
-    const Wide e = value(u, v);
+    const std::int64_t e = value(u, v);
     return e > 0 || (e == 0 && closed);
   }
 };
@@ -64,48 +68,81 @@ struct Rasteriser {
     return voxel * bundle.pattern.rows + guess;
   }
 
+  // Corners of a triangle, or of a piece of one: fixed point across the rays, voxel space along them.
+  struct Corners {
+    std::int64_t x[3], y[3];
+    double w[3];
+    bool whole;
+  };
+
   void triangle(std::uint32_t t) {
     const auto& tri = bundle.scene->mesh.triangles[t];
-    std::int64_t x[3], y[3];
+    Corners c{};
+    c.whole = true;
     bool narrow = true;
-    for (int i = 0; i < 3; ++i) {
-      x[i] = bundle.points[2 * std::size_t{tri[static_cast<std::size_t>(i)]}];
-      y[i] = bundle.points[2 * std::size_t{tri[static_cast<std::size_t>(i)]} + 1];
-      narrow = narrow && std::abs(x[i]) < kNarrow && std::abs(y[i]) < kNarrow;
+    for (std::size_t i = 0; i < 3; ++i) {
+      c.x[i] = bundle.points[2 * std::size_t{tri[i]}];
+      c.y[i] = bundle.points[2 * std::size_t{tri[i]} + 1];
+      c.w[i] = bundle.plan->points[tri[i]][bundle.axes.w];
+      narrow = narrow && std::abs(c.x[i]) < kNarrow && std::abs(c.y[i]) < kNarrow;
     }
-    const std::int64_t top = std::max({y[0], y[1], y[2]}), low = std::min({y[0], y[1], y[2]});
-    const std::int64_t from = std::max(low, std::int64_t{band.v0} << kFixedBits);
-    const std::int64_t to = std::min(top, (std::int64_t{band.v1} << kFixedBits) - 1);
-    if (from > to) return;
-    const std::int64_t row0 = row_at(from), row1 = row_at(to + 1);
-    if (row0 >= row1) return;
-    const std::int64_t left = std::min({x[0], x[1], x[2]}), right = std::max({x[0], x[1], x[2]});
-    if (right < 0 || left > std::int64_t{bundle.nu} << kFixedBits) return;
-    if (narrow) fill<std::int64_t>(t, x, y, row0, row1);
-    else fill<__int128>(t, x, y, row0, row1);
+    if (narrow) fill(t, c);
+    else far_triangle(t);
   }
 
-  template <class Wide>
-  void fill(std::uint32_t t, const std::int64_t* x, const std::int64_t* y, std::int64_t row0, std::int64_t row1) {
-    // Doubles place the ends of a row within this many units; rays that near an end are decided exactly.
-    constexpr int kUnsure = sizeof(Wide) == 8 ? 1 : 1024;
-    const Wide area = Wide(x[1] - x[0]) * Wide(y[2] - y[0]) - Wide(x[2] - x[0]) * Wide(y[1] - y[0]);
+  // Cut to the neighbourhood of the grid. split() cuts a shared edge at the same point for both its triangles, so nothing opens.
+  void far_triangle(std::uint32_t t) {
+    const auto& tri = bundle.scene->mesh.triangles[t];
+    Polygon p, below, above;
+    for (const std::uint32_t v : tri) {
+      const V3d& q = bundle.plan->points[v];
+      p.add(V3d(q[bundle.axes.u], q[bundle.axes.v], q[bundle.axes.w]));
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+      split(p, axis, -kNear, below, above);
+      if (above.n < 3) return;
+      split(above, axis, kNear, p, below);
+      if (p.n < 3) return;
+    }
+    const auto fixed = [](double x) { return std::llround(x * static_cast<double>(kOne)); };
+    for (std::size_t i = 1; i + 1 < static_cast<std::size_t>(p.n); ++i) {
+      Corners c{};
+      const V3d corner[3] = {p.v[0], p.v[i], p.v[i + 1]};
+      for (int k = 0; k < 3; ++k) {
+        c.x[k] = fixed(corner[k].x);
+        c.y[k] = fixed(corner[k].y);
+        c.w[k] = corner[k].z;
+      }
+      fill(t, c);
+    }
+  }
+
+  void fill(std::uint32_t t, const Corners& c) {
+    const std::int64_t(&x)[3] = c.x;
+    const std::int64_t(&y)[3] = c.y;
+    const std::int64_t from_v = std::max(std::min({y[0], y[1], y[2]}), std::int64_t{band.v0} << kFixedBits);
+    const std::int64_t to_v = std::min(std::max({y[0], y[1], y[2]}), (std::int64_t{band.v1} << kFixedBits) - 1);
+    if (from_v > to_v) return;
+    const std::int64_t row0 = row_at(from_v), row1 = row_at(to_v + 1);
+    if (row0 >= row1) return;
+    if (std::max({x[0], x[1], x[2]}) < 0 || std::min({x[0], x[1], x[2]}) > std::int64_t{bundle.nu} << kFixedBits) return;
+    const std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
     if (area == 0) return;
     const int order[3] = {0, area > 0 ? 1 : 2, area > 0 ? 2 : 1};  // counter-clockwise in (u, v)
-    Edge<Wide> edge[3];  // edge i is opposite corner order[i]
+    Edge edge[3];  // edge i is opposite corner order[i]
     for (int i = 0; i < 3; ++i) {
       const int a = order[(i + 1) % 3], b = order[(i + 2) % 3];
       const std::int64_t dx = x[b] - x[a], dy = y[b] - y[a];
-      edge[i] = {x[a], y[a], Wide(dx), Wide(dy), dy < 0 || (dy == 0 && dx < 0)};
+      edge[i] = {x[a], y[a], dx, dy, dy < 0 || (dy == 0 && dx < 0)};
     }
     Line left[2], right[2];  // edges that bound a row; a triangle has at most two on a side
     int lefts = 0, rights = 0;
-    for (const Edge<Wide>& e : edge) {
+    for (const Edge& e : edge) {
       if (e.dy == 0) continue;
       Line& line = e.dy < 0 ? left[lefts++] : right[rights++];
       line = {static_cast<double>(e.x), static_cast<double>(e.y), static_cast<double>(e.dx) / static_cast<double>(e.dy)};
     }
-    const Shade shade = make_shade(t, area > 0, static_cast<double>(area > 0 ? area : -area), order);
+    const Shade shade = make_shade(t, c, area > 0, static_cast<double>(std::abs(area)), order);
     const RayPattern& pattern = bundle.pattern;
     const double end = static_cast<double>(std::int64_t{bundle.nu} << kFixedBits);
     std::int64_t voxel_row = row0 / pattern.rows;
@@ -133,7 +170,7 @@ struct Rasteriser {
           if (!(at > lo + kUnsure && at < hi - kUnsure) && !(edge[0].holds(u, v) && edge[1].holds(u, v) && edge[2].holds(u, v))) continue;
           const double e1 = static_cast<double>(edge[1].value(u, v)), e2 = static_cast<double>(edge[2].value(u, v));
           const std::size_t ray = (row_rays + static_cast<std::size_t>(column)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
-          emit(shade, static_cast<std::uint32_t>(ray), e1 * shade.inverse_area, e2 * shade.inverse_area);
+          emit(shade, {static_cast<std::uint32_t>(ray), u, v}, e1 * shade.inverse_area, e2 * shade.inverse_area);
         }
       }
     }
@@ -144,6 +181,7 @@ struct Rasteriser {
     std::uint32_t triangle;
     double inverse_area;
     double w0, d1, d2, low, high;   // depth = w0 + b1·d1 + b2·d2 for the ordered corners, held within [low, high]
+    bool whole;                     // else b1, b2 are those of a piece
     bool swapped;                   // ordered corner 1 is the triangle's corner 2
     bool up;                        // the turned normal points along +w
     std::int8_t enters, winding;
@@ -152,12 +190,11 @@ struct Rasteriser {
     float footprint;                // uv
   };
 
-  Shade make_shade(std::uint32_t t, bool ccw, double area, const int* order) const {
-    const auto& tri = bundle.scene->mesh.triangles[t];
-    double w[3];
-    for (int i = 0; i < 3; ++i) w[i] = bundle.plan->points[tri[static_cast<std::size_t>(order[i])]][bundle.axes.w];
+  Shade make_shade(std::uint32_t t, const Corners& c, bool ccw, double area, const int* order) const {
+    const double w[3] = {c.w[order[0]], c.w[order[1]], c.w[order[2]]};
     Shade s;
     s.triangle = t;
+    s.whole = c.whole;
     s.inverse_area = 1 / area;
     s.w0 = w[0];
     s.d1 = w[1] - w[0];
@@ -176,7 +213,9 @@ struct Rasteriser {
     return s;
   }
 
-  void emit(const Shade& s, std::uint32_t ray, double b1, double b2) {
+  struct At { std::uint32_t ray; std::int64_t u, v; };
+
+  void emit(const Shade& s, const At& at, double b1, double b2) {
     Crossing c;
     c.w = std::clamp(s.w0 + b1 * s.d1 + b2 * s.d2, s.low, s.high);
     const double wall = std::floor(std::clamp(c.w, -2.0, bundle.nw + 2.0));
@@ -186,12 +225,17 @@ struct Rasteriser {
     c.winding = s.winding;
     c.coverage = 1;
     if (s.cut_out) {
+      if (!s.whole) {
+        const Barycentrics b = crossing_barycentrics(bundle, s.triangle, static_cast<double>(at.u) / static_cast<double>(kOne), static_cast<double>(at.v) / static_cast<double>(kOne));
+        b1 = s.swapped ? b.b2 : b.b1;
+        b2 = s.swapped ? b.b1 : b.b2;
+      }
       const V2f uv = s.swapped ? uv_at(bundle.scene->mesh, s.triangle, b2, b1) : uv_at(bundle.scene->mesh, s.triangle, b1, b2);
       c.coverage = bundle.textures->coverage(s.material, uv, s.footprint);
       if (c.coverage <= 0 && c.winding == 0) return;
     }
     scratch.found.push_back(c);
-    scratch.ray.push_back(ray);
+    scratch.ray.push_back(at.ray);
   }
 };
 

@@ -46,9 +46,6 @@ Grid make_grid(const Box3d& bounds, const Recipe& recipe) {
     grid.h = 0;
     for (int a = 0; a < 3; ++a) grid.h = std::max(grid.h, size[a] / std::max(1, recipe.resolution[a] - 2 * margin));
   } else {
-    if (recipe.resolution.x <= 2 * margin && recipe.resolution.x > 1 && !boxed && recipe.resolution.x - 2 * margin < 1)
-      throw Error(Code::kCommandLine, "--resolution", "leaves no voxel between the margins of " + std::to_string(margin),
-                  "raise --resolution or lower --margin");
     grid.h = longest / std::max(1, recipe.resolution.x - 2 * margin);
   }
   // A scene may be a single point or smaller than double can divide; any voxel will do then.

@@ -299,10 +299,19 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
     to.solid.assign(count, 0);
     double filled = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      double length = 0;
-      for (std::size_t a = 0; a < 3; ++a)
-        if (!sums[0].solid[a].empty()) length += static_cast<double>(sums[0].solid[a][i]);
-      const double share = length / (kLengthUnit * rays * std::max(1, volume_axes));
+      // Chords along an axis are exact for surface that faces it, while surface beside the rays is met in whole sub-ray rows: each axis
+      // counts as much as the surface in the voxel faces it.
+      const Moments& m = surfaces[0].moments[i];
+      const double facing[3] = {m.xx, m.yy, m.zz};
+      double length = 0, weight = 0, plain = 0;
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (sums[0].solid[a].empty()) continue;
+        const auto of_axis = static_cast<double>(sums[0].solid[a][i]);
+        length += facing[a] * of_axis;
+        weight += facing[a];
+        plain += of_axis / volume_axes;
+      }
+      const double share = (weight > 0 ? length / weight : plain) / (kLengthUnit * rays);
       filled += share;
       to.solid[i] = static_cast<float>(share);
     }

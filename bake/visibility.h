@@ -14,7 +14,7 @@ namespace texel {
 struct Visibility {
   std::array<std::vector<float>, 3> alpha;      // per axis and voxel: share of the rays stopped by surface or inside matter
   std::array<std::vector<float>, 3> crossings;  // mean number of surface crossings a ray, weighted by coverage
-  std::vector<float> solid;                     // filled fraction, mean of the three axes
+  std::vector<float> solid;                     // filled fraction, from the chords along the axes the surface faces
   VoxelSet inside;                              // voxels wholly inside, in blocks that hold border voxels or are only partly inside
   std::vector<V3i> inside_blocks;               // whole blocks inside, sorted by (z, y, x)
   std::int64_t inside_count = 0;                // voxels of both
