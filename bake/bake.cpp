@@ -27,7 +27,6 @@ void check_recipe(const Recipe& recipe) {
   if (recipe.max_error > 0) unsupported("--max-error", "choosing the samples by error is not in this version");
   if (recipe.memory > 0) unsupported("--memory", "brick by brick bakes are not in this version");
   if (recipe.prune > 0) unsupported("--prune", "pruning is not in this version");
-  if (recipe.normals == Normals::kVisible) unsupported("--normals", "visible normals are not in this version");
   if (recipe.samples < 1 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
 }
 
@@ -54,15 +53,7 @@ int level_count(const Grid& grid, const Recipe& recipe) {
   return recipe.levels > 0 ? std::min(levels, recipe.levels) : levels;
 }
 
-// The in-plane width the see-in share refers to: the lesser extent of the scene across the stack.
-double width_across(const Plan& plan, const Mesh& mesh, int axis) {
-  Box3d box;
-  for (const auto& t : mesh.triangles)
-    for (const std::uint32_t v : t) box.extendBy(plan.points[v]);
-  const V3d size = box.size() * plan.grid.h;
-  return std::max(std::min(size[(axis + 1) % 3], size[(axis + 2) % 3]), plan.grid.h);
-}
-
+// Slices along an axis when the eye may look see_in of the width across it, world units, into the object.
 int slice_count(const Recipe& recipe, const Grid& grid, double width, int axis) {
   if (recipe.slice_count > 0) return recipe.slice_count;
   if (recipe.slice_count == 0) return grid.n[axis];
@@ -72,10 +63,9 @@ int slice_count(const Recipe& recipe, const Grid& grid, double width, int axis) 
 // Lives as long as the tracing: colours of slices, lit where lights are given.
 SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& textures, const Surface& surface, const Recipe& recipe, const RayScene* rays) {
   const auto width = static_cast<float>(plan.grid.h / recipe.samples);
-  const auto light = [&scene, &plan, &recipe, rays](V3f color, const V3d& voxel_point, const V3d& normal, bool two_sided) {
+  const auto light = [&plan, &recipe, rays](V3f color, const V3d& voxel_point, const V3d& normal, bool two_sided) {
     if (recipe.lights.empty()) return color;
     const V3d point = plan.grid.to_world(voxel_point);
-    (void)scene;
     return color * irradiance(recipe.lights, rays, point, normal, two_sided);
   };
   SliceShader shader;
@@ -87,12 +77,13 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
       color = footprint_sample(textures, scene.mesh, c.triangle, b.b1, b.b2, plan.uv_width.empty() ? 0 : plan.uv_width[c.triangle] * width).color;
     }
     if (recipe.lights.empty()) return color;
-    V3d point;
-    point[bundle.axes.u] = u;
-    point[bundle.axes.v] = v;
-    point[bundle.axes.w] = c.w;
+    // On the triangle's own plane: the crossing's depth belongs to the fixed-point outline, and where the surface is steep along the
+    // ray that is far enough off to lie in its own shadow.
     const auto& t = scene.mesh.triangles[c.triangle];
-    const V3d normal = triangle_normal(plan.points[t[0]], plan.points[t[1]], plan.points[t[2]]) * static_cast<double>(plan.turn[c.triangle]);
+    const V3d &p0 = plan.points[t[0]], &p1 = plan.points[t[1]], &p2 = plan.points[t[2]];
+    const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
+    const V3d point = p0 + (p1 - p0) * b.b1 + (p2 - p0) * b.b2;
+    const V3d normal = triangle_normal(p0, p1, p2) * static_cast<double>(plan.turn[c.triangle]);
     return light(color, point, normal, plan.two_sided[material]);
   };
   shader.voxel = [&surface, light](const V3i& voxel, std::int64_t index) {
@@ -100,7 +91,9 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     if (!(m.covered > 0)) return V3f(-1, -1, -1);
     const V3f color = V3f(surface.color[static_cast<std::size_t>(index)] / m.covered);
     const double length = m.m.length();
-    return light(color, V3d(voxel.x + 0.5, voxel.y + 0.5, voxel.z + 0.5), length > 0 ? m.m / length : V3d(0, 0, 1), !(length > 0));
+    const V3d normal = length > 0 ? m.m / length : V3d(0, 0, 1);
+    // Half a voxel's diagonal off its middle, so that the voxel's own surface casts no shadow on it.
+    return light(color, V3d(voxel.x + 0.5, voxel.y + 0.5, voxel.z + 0.5) + normal * 0.87, normal, !(length > 0));
   };
   return shader;
 }
@@ -190,9 +183,12 @@ Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
     StageTimer timer(report, "crossings");
     VisibilityOptions options;
     options.recompute = recipe.level_mode == LevelMode::kRecompute;
+    if (want.slices) {
+      const V3d thickness = measure_thickness(scene, plan, *textures) * plan.grid.h;
+      for (int axis = 0; axis < 3; ++axis) widths[static_cast<std::size_t>(axis)] = std::min(thickness[(axis + 1) % 3], thickness[(axis + 2) % 3]);
+    }
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      widths[a] = width_across(plan, scene.mesh, axis);
       options.slice_axes[a] = want.slices && recipe.slice_axes[a];
       // Colour of the inside needs the inside flags, which the rays along z find.
       options.volume_axes[a] = opacity || (want.color && plan.fill && axis == 2);
@@ -200,6 +196,8 @@ Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
     }
     std::unique_ptr<RayScene> rays;
     if (want.slices && recipe.shadows && !recipe.lights.empty()) rays = std::make_unique<RayScene>(scene, textures.get());
+    options.visible_normals = recipe.normals == Normals::kVisible && (want.ndf || want.normal);
+    if (options.visible_normals) options.volume_axes = {true, true, true};
     const SliceShader shader = make_shader(scene, plan, *textures, surfaces[0], recipe, rays.get());
     if (options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] || options.volume_axes[2])
       seen = see_voxels(scene, plan, *textures, surfaces, recipe, options, shader, report);
@@ -219,10 +217,11 @@ Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
       pack.levels.push_back(make_level(surfaces[l], seen.levels[l], color, grid, static_cast<int>(l), recipe, kinds));
       if (report.progress) report.progress("levels", static_cast<double>(l + 1) / static_cast<double>(surfaces.size()));
     }
-    report.skip(std::to_string(seen.levels[0].inside_blocks.size()) + " blocks of 8x8x8 voxels", "wholly inside: stored as tiles");
+    if (const std::size_t tiles = seen.levels[0].inside_blocks.size(); tiles > 0)
+      report.skip(std::to_string(tiles) + " blocks of 8x8x8 voxels", "wholly inside: stored as tiles");
     const std::int64_t blocks = std::int64_t{(plan.grid.n.x + 7) / 8} * ((plan.grid.n.y + 7) / 8) * ((plan.grid.n.z + 7) / 8);
     const std::int64_t empty = blocks - static_cast<std::int64_t>(surfaces[0].set.blocks.size() + seen.levels[0].inside_blocks.size());
-    report.skip(std::to_string(std::max<std::int64_t>(0, empty)) + " blocks of 8x8x8 voxels", "without surface: not stored unless partly inside");
+    if (empty > 0) report.skip(std::to_string(empty) + " blocks of 8x8x8 voxels", "without surface: not stored unless partly inside");
   } else {
     report.skip("volume and levels", "not wanted");
   }

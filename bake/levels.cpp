@@ -114,6 +114,13 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
       for (int y = 0; y < 8; ++y)
         for (int z = 0; z < 8; ++z) inside_child(V3i(at.x * 8 + x, at.y * 8 + y, at.z * 8 + z));
   }
+  if (!fine_seen.visible.empty()) {
+    coarse_seen.visible.resize(count);
+    for_each_voxel(fine.set, [&](const V3i& voxel, std::int64_t i) {
+      const std::int64_t p = find(coarse.set, parents, V3i(voxel.x >> 1, voxel.y >> 1, voxel.z >> 1));
+      coarse_seen.visible[static_cast<std::size_t>(p)] += fine_seen.visible[static_cast<std::size_t>(i)];
+    });
+  }
   coarse_seen.solid.assign(solid.begin(), solid.end());
   for (std::size_t a = 0; a < 3; ++a) {
     coarse_seen.crossings[a].assign(crossings[a].begin(), crossings[a].end());

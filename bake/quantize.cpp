@@ -91,11 +91,11 @@ Layer matter_layer(const Surface& surface, const Visibility& seen, const Grid& g
   return layer;
 }
 
-void add_ndf(const Surface& surface, const Recipe& recipe, Layer& layer) {
-  const std::int64_t count = surface.set.count;
+void add_ndf(const std::vector<Moments>& moments, const Recipe& recipe, Layer& layer) {
+  const auto count = static_cast<std::int64_t>(moments.size());
   std::vector<Symmetric> s(static_cast<std::size_t>(count));
   tbb::parallel_for(std::int64_t{0}, (count + 1023) / 1024, [&](std::int64_t chunk) {
-    for (std::int64_t i = chunk * 1024; i < std::min(count, (chunk + 1) * 1024); ++i) s[static_cast<std::size_t>(i)] = sggx(surface.moments[static_cast<std::size_t>(i)]);
+    for (std::int64_t i = chunk * 1024; i < std::min(count, (chunk + 1) * 1024); ++i) s[static_cast<std::size_t>(i)] = sggx(moments[static_cast<std::size_t>(i)]);
   });
   if (recipe.ndf == NdfKind::kSggx) {
     layer.channels.push_back(make_channel("S_diag", 3, count, [&](std::size_t i) { return V3d(s[i].xx, s[i].yy, s[i].zz); }));
@@ -123,8 +123,13 @@ Layer surface_layer(const Surface& surface, const Visibility& seen, int level, c
     if (kinds.cutouts)
       add("coverage", 1, [&](std::size_t i) { return V3d(surface.moments[i].area > 0 ? surface.moments[i].covered / surface.moments[i].area : 0, 0, 0); });
   }
-  if (recipe.want.normal) add("normal", 3, [&](std::size_t i) { return over_covered(i, surface.moments[i].m); });
-  if (recipe.want.ndf) add_ndf(surface, recipe, layer);
+  // Visible normals where they were asked for; surface that no ray met keeps all of its own.
+  std::vector<Moments> visible = seen.visible;
+  for (std::size_t i = 0; i < visible.size(); ++i)
+    if (!(visible[i].covered > 0)) visible[i] = surface.moments[i];
+  const std::vector<Moments>& moments = visible.empty() ? surface.moments : visible;
+  if (recipe.want.normal) add("normal", 3, [&](std::size_t i) { return moments[i].covered > 0 ? moments[i].m / moments[i].covered : V3d(0, 0, 0); });
+  if (recipe.want.ndf) add_ndf(moments, recipe, layer);
   if (recipe.want.visibility && !seen.crossings[0].empty())
     add("crossings", 3, [&](std::size_t i) {
       return V3d(static_cast<double>(seen.crossings[0][i]), static_cast<double>(seen.crossings[1][i]), static_cast<double>(seen.crossings[2][i]));

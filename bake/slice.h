@@ -1,5 +1,5 @@
 #pragma once
-// Stage 5: slice records -> RGBA pictures, inside filled, colour running on
+// Stage 4: crossings -> slice records -> RGBA pictures, inside filled, colour running on
 #include <cstdint>
 #include <functional>
 #include <memory>

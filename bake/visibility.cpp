@@ -128,9 +128,57 @@ struct Tracer {
   int levels;                                 // how many of them are traced
   const VisibilityOptions& options;
   const SliceShader& shade;
+  // Of level 0; a voxel's rays along one axis are all in one band, so adding needs no order. Null: not wanted.
+  std::vector<Moments>* visible;
+  mutable std::vector<double> weights{};
 
   std::span<const Crossing> ray(const Band& band, std::size_t id) const {
     return {band.crossings.data() + band.first[id], band.crossings.data() + band.first[id + 1]};
+  }
+
+  // The part of a cell's surface that a ray sees first from either side, weighted so that surface seen along all three axes counts
+  // its area: a ray's share of a face over |nx| + |ny| + |nz|, the rays it gets from the three axes together (Ratib 1997 §3.3.1).
+  void add_visible(std::span<const Crossing> list, std::span<const Cell> cells) const {
+    std::size_t c = 0;
+    int winding = 0;
+    for (const Cell& cell : cells) {
+      for (; c < list.size() && list[c].cell < cell.k; ++c) winding += list[c].winding;
+      const std::size_t first = c;
+      double front = winding == 0 ? 1 : 0;
+      std::vector<double>& seen = weights;
+      seen.clear();
+      for (; c < list.size() && list[c].cell == cell.k; ++c) {
+        seen.push_back(front * static_cast<double>(list[c].coverage));
+        winding += list[c].winding;
+        front = winding != 0 ? 0 : front * (1 - static_cast<double>(list[c].coverage));
+      }
+      double back = winding == 0 ? 1 : 0;
+      int inside = winding;
+      for (std::size_t i = c; i-- > first;) {
+        const double from_back = back * static_cast<double>(list[i].coverage);
+        add_surface(list[i].triangle, std::max(seen[i - first], from_back), cell.index);
+        inside -= list[i].winding;
+        back = inside != 0 ? 0 : back * (1 - static_cast<double>(list[i].coverage));
+      }
+    }
+  }
+
+  void add_surface(std::uint32_t triangle, double weight, std::int64_t voxel) const {
+    if (!(weight > 0)) return;
+    const auto& t = bundle.scene->mesh.triangles[triangle];
+    const V3d n = triangle_normal(bundle.plan->points[t[0]], bundle.plan->points[t[1]], bundle.plan->points[t[2]]) * static_cast<double>(bundle.plan->turn[triangle]);
+    const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
+    if (!(sum > 0)) return;
+    const double area = weight / (sum * bundle.pattern.rays());
+    Moments& m = (*visible)[static_cast<std::size_t>(voxel)];
+    m.covered += area;
+    if (!bundle.plan->two_sided[bundle.scene->mesh.materials[triangle]]) m.m += n * area;
+    m.xx += area * n.x * n.x;
+    m.yy += area * n.y * n.y;
+    m.zz += area * n.z * n.z;
+    m.xy += area * n.x * n.y;
+    m.xz += area * n.x * n.z;
+    m.yz += area * n.y * n.z;
   }
 
   void level_column(Worker& w, int level, int cu, int cv, std::vector<InsideRun>* runs) const {
@@ -151,6 +199,7 @@ struct Tracer {
           const auto list = ray(band, (base + static_cast<std::size_t>(u)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j));
           ++rays;
           if (list.empty()) continue;         // meets nothing anywhere: adds nothing
+          if (level == 0 && visible) add_visible(list, w.cells);
           follow_ray(list.data(), list.data() + list.size(), w.cells, level, w.sums, runs ? &inside_first : nullptr);
         }
     }
@@ -234,6 +283,10 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
   const int traced = options.recompute ? static_cast<int>(surfaces.size()) : 1;
   const bool any_volume = options.volume_axes[0] || options.volume_axes[1] || options.volume_axes[2];
   std::vector<std::vector<InsideRun>> runs;
+  if (options.visible_normals) {
+    result.levels[0].visible.resize(static_cast<std::size_t>(surfaces[0].set.count));
+    for (std::size_t i = 0; i < result.levels[0].visible.size(); ++i) result.levels[0].visible[i].area = surfaces[0].moments[i].area;
+  }
   double crossings = 0;
   int axes_done = 0, volume_axes = 0;
 
@@ -258,7 +311,7 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
     const bool collects = volume && axis == 2 && plan.fill;
     std::vector<SliceBand> slices(options.slice_axes[a] ? static_cast<std::size_t>(bundle.bands) : 0);
     if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
-    const Tracer tracer{bundle, views, sums, traced, options, shade};
+    const Tracer tracer{bundle, views, sums, traced, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
     tbb::enumerable_thread_specific<Worker> workers;
     std::atomic<std::int64_t> met{0};
     std::atomic<int> done{0};
@@ -319,6 +372,41 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
     result.volume = filled + static_cast<double>(to.inside_count);
   }
   return result;
+}
+
+V3d measure_thickness(const Scene& scene, const Plan& plan, const TextureSet& textures) {
+  constexpr double kOpen = 2;
+  V3d thickness(kOpen, kOpen, kOpen);
+  if (!plan.fill) return thickness;
+  Recipe one;
+  one.samples = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Bundle bundle = make_bundle(scene, plan, textures, one, axis);
+    std::vector<std::vector<float>> found(static_cast<std::size_t>(bundle.bands));
+    tbb::parallel_for(0, bundle.bands, [&](int b) {
+      Band band;
+      BandScratch scratch;
+      trace_band(bundle, b, band, scratch);
+      for (std::size_t r = 0; r + 1 < band.first.size(); ++r) {
+        int winding = 0;
+        double from = 0;
+        for (std::size_t i = band.first[r]; i < band.first[r + 1]; ++i) {
+          const Crossing& c = band.crossings[i];
+          const int before = winding;
+          winding += c.winding;
+          if (before == 0 && winding != 0) from = c.w;
+          if (before != 0 && winding == 0) found[static_cast<std::size_t>(b)].push_back(static_cast<float>(c.w - from));
+        }
+      }
+    });
+    std::vector<float> chords;
+    for (const auto& f : found) chords.insert(chords.end(), f.begin(), f.end());
+    if (chords.empty()) continue;
+    const auto fifth = chords.begin() + static_cast<std::ptrdiff_t>(chords.size() / 20);
+    std::nth_element(chords.begin(), fifth, chords.end());
+    thickness[axis] = std::max(kOpen, static_cast<double>(*fifth));
+  }
+  return thickness;
 }
 
 }  // namespace texel

@@ -1,5 +1,5 @@
 #pragma once
-// Stage 4: crossings, border voxels -> opacity along each axis at every level, inside voxels, slice records
+// Stage 5: crossings, border voxels -> opacity along each axis at every level, inside voxels
 #include <array>
 #include <span>
 #include <vector>
@@ -14,6 +14,7 @@ namespace texel {
 struct Visibility {
   std::array<std::vector<float>, 3> alpha;      // per axis and voxel: share of the rays stopped by surface or inside matter
   std::array<std::vector<float>, 3> crossings;  // mean number of surface crossings a ray, weighted by coverage
+  std::vector<Moments> visible;                 // of the surface seen from outside the voxel, where asked for; else empty
   std::vector<float> solid;                     // filled fraction, from the chords along the axes the surface faces
   VoxelSet inside;                              // voxels wholly inside, in blocks that hold border voxels or are only partly inside
   std::vector<V3i> inside_blocks;               // whole blocks inside, sorted by (z, y, x)
@@ -24,6 +25,7 @@ struct VisibilityOptions {
   std::array<bool, 3> volume_axes{true, true, true};  // bundles whose volume sums are wanted
   std::array<bool, 3> slice_axes{true, true, true};
   bool recompute = true;                        // opacity of the coarser levels from the crossings rather than from the finer level
+  bool visible_normals = false;                 // gather Visibility::visible
   std::array<int, 3> slice_counts{0, 0, 0};
 };
 
@@ -38,5 +40,9 @@ struct VisibilityResult {
 // Levels 0 and 1 use every ray, coarser ones four times a level-0 voxel's number.
 [[nodiscard]] VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
                                           const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, Report& report);
+
+// How thick the filled matter is across each axis, voxels: the 5th percentile of the chords inside it along x, y and z, by one ray a
+// voxel column. Where nothing is filled: 2, so that slices stand as close as voxels for the eye.
+[[nodiscard]] V3d measure_thickness(const Scene& scene, const Plan& plan, const TextureSet& textures);
 
 }  // namespace texel
