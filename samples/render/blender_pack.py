@@ -17,7 +17,7 @@ MESH   what the pack was made from (.obj, .ply, .stl, .off): OUT.png becomes mes
                          all around. sharp: where the grid `solid` is there but below 1/2 nothing is drawn, and outlines lie
                          where the mesh has them; closed parts thinner than half a voxel vanish. Open parts stay [soft]
   --view NAME|AZ,EL      front, back, left, right, top, corner; or degrees about +Z (0: from +X, -90: from -Y) and above
-                         the horizon [corner = -60,20]
+                         the horizon, written --view=AZ,EL [corner: -60,20]
   --camera ortho|persp   persp has a field of view of 30 degrees [ortho]
   --level N              level of the pack, 0 the finest [0]
   --half-voxel on|off    move the volume by -h/2 along each axis, see below [on]
@@ -66,6 +66,9 @@ class Parser(argparse.ArgumentParser):
     def error(self, message):
         raise Fault(f"{message}; --help tells more")
 
+    def format_help(self):
+        return __doc__
+
 
 # ---------------------------------------------------------------------------------------------- command line and pack
 
@@ -95,8 +98,7 @@ def count(text):
 
 
 def parse_arguments(argv):
-    parser = Parser(prog="blender_pack.py", description=__doc__, usage=argparse.SUPPRESS,
-                    formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser()
     parser.add_argument("pack")
     parser.add_argument("mesh", nargs="*")
     parser.add_argument("-o", "--output", required=True)
@@ -123,12 +125,19 @@ def read_manifest(pack):
         raise Fault(f"{pack}: no pack: {path}: {error}") from None
     if not isinstance(manifest, dict) or manifest.get("format") != "texel-pack":
         raise Fault(f"{path}: not the manifest of a texel pack")
+    try:
+        for level in manifest["levels"]:
+            level["file"], level["sha256"], float(level["voxel_size"])
+        for corner in ("min", "max"):
+            _, _, _ = (float(number) for number in manifest["box"][corner])
+    except (KeyError, TypeError, ValueError) as error:
+        raise Fault(f"{path}: box or levels are not as they should be ({error}); bake the pack again") from None
     return manifest
 
 
 def chosen_level(pack, manifest, number):
     """The level's file, whole (Blender would abort on a damaged one), and its voxel edge."""
-    levels = manifest.get("levels") or []
+    levels = manifest["levels"]
     if not levels:
         raise Fault(f"{pack}: the pack has no volume; bake it with --want renderer")
     if not 0 <= number < len(levels):
