@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "bake/shading.h"
+#include "bake/view_voxels.h"
 #include "formats/error.h"
 
 namespace texel {
@@ -15,7 +15,7 @@ namespace {
 constexpr V3f kBackground(0.18f, 0.18f, 0.18f);
 constexpr V3f kFrame(0.45f, 0.45f, 0.45f);
 constexpr V3f kInk(0.9f, 0.9f, 0.9f);
-constexpr double kAzimuth = -60, kElevation = 20;
+constexpr double kAzimuth = -60, kElevation = 30, kAngle = 25;
 
 // Five columns of seven pixels, lowest bit on top.
 struct Glyph { char sign; std::array<unsigned char, 5> columns; };
@@ -82,50 +82,160 @@ Image lay_out(const std::vector<Tile>& tiles, int size) {
   return sheet;
 }
 
-// From far enough that the box's sphere fits; then the angle is narrowed until the box itself fills the tile.
-Camera camera_for(const Box3d& box, double elevation) {
-  Camera camera = orbit_camera(box, kAzimuth, elevation);
-  const Rays rays = make_rays(camera, 1, 1);
-  double widest = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const V3d p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y, corner & 4 ? box.max.z : box.min.z);
-    const V3d v = p - rays.eye;
-    const double ahead = v.dot(rays.forward);
-    if (ahead > 0) widest = std::max({widest, std::abs(v.dot(rays.right)) / ahead, std::abs(v.dot(rays.up)) / ahead});
+// Corners of what there is: of the finest level's voxels, block by block, or of the box.
+std::vector<V3d> outline(const Pack& pack) {
+  std::vector<V3d> points;
+  const auto add = [&](const Grid& grid, const V3d& low, const V3d& high) {
+    for (int i = 0; i < 8; ++i) points.push_back(grid.to_world(V3d(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z)));
+  };
+  const Layer* layer = nullptr;
+  if (!pack.levels.empty() && (pack.levels[0].find("alpha", &layer) || pack.levels[0].find("density", &layer))) {
+    const Grid& grid = pack.levels[0].grid;
+    for (const Block& block : layer->set.blocks) {
+      Box3d box;
+      for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y)
+          for (int z = 0; z < 8; ++z)
+            if (block.has(x, y, z)) box.extendBy(V3d(block.at * 8 + V3i(x, y, z)));
+      if (!box.isEmpty()) add(grid, box.min, box.max + V3d(1, 1, 1));
+    }
+    for (const V3i& tile : layer->tiles) add(grid, V3d(tile * 8), V3d(tile * 8 + V3i(8, 8, 8)));
   }
-  if (widest > 0) camera.fov = std::min(camera.fov, 2 * std::atan(widest * 1.02) * 180 / std::numbers::pi);
-  return camera;
+  if (points.empty()) add(pack.grid, V3d(0, 0, 0), V3d(pack.grid.n));
+  return points;
 }
 
-// From near the steepest angle at which the stack along z still closes, at most 60° away from its axis.
-double grazing_elevation(const Pack& pack) {
-  for (const SliceStack& stack : pack.slices)
-    if (stack.axis == 2 && stack.level == 0 && stack.max_angle > 0) return 90 - std::clamp(stack.max_angle - 5, 10.0, 60.0);
-  return 40;
+double angle_to(const SliceStack& stack, const V3d& forward) {
+  return std::acos(std::min(std::abs(forward[std::clamp(stack.axis, 0, 2)]), 1.0)) * 180 / std::numbers::pi;
+}
+
+// The finest stack along the up axis: seen from the side and a little above it shows slices at a grazing angle. Else any.
+const SliceStack* shown_stack(const Pack& pack, int up) {
+  const SliceStack* any = nullptr;
+  for (const SliceStack& stack : pack.slices) {
+    if (stack.level != 0) continue;
+    if (stack.axis == up) return &stack;
+    if (!any) any = &stack;
+  }
+  return any;
+}
+
+// Near the steepest angle at which that stack still closes, within what shows the rest well.
+double elevation_for(const SliceStack* stack, int up) {
+  if (!stack || stack->axis != up || !(stack->max_angle > 0)) return kElevation;
+  return 90 - std::clamp(stack->max_angle - 0.5, 50.0, 90 - kElevation);
+}
+
+// Slices have no light of their own, so that a model of one colour is a flat patch. Here each pixel is multiplied by what a white matt
+// surface with the mean normal of the volume's voxels there would send: ambient light and sun, no shadows.
+class SliceLight {
+ public:
+  SliceLight(const Pack& pack, const SliceStack& stack, const Rays& rays, const std::vector<Light>& lights)
+      : stack_(stack), grid_(pack.grid), to_eye_(-rays.forward), lights_(lights), ambient_(ambient_of(lights)),
+        normal_(pack.levels[0], "normal", 3), solid_(pack.levels[0], "solid", 1) {}
+
+  [[nodiscard]] Image lit(int k) const {
+    Image image = stack_.image(k);
+    if (image.channels != 4 || image.width < 1 || image.height < 1) return image;
+    const int axis = stack_.axis, across = axis == 0 ? 1 : 0, up = axis == 2 ? 1 : 2;
+    const double first = k * stack_.thickness / grid_.h;
+    V3d low, high;
+    low[axis] = first;
+    high[axis] = first + stack_.thickness / grid_.h;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        float* pixel = image.at(x, y);
+        if (!(pixel[3] > 0)) continue;
+        low[across] = static_cast<double>(x) * grid_.n[across] / image.width;
+        high[across] = static_cast<double>(x + 1) * grid_.n[across] / image.width;
+        low[up] = static_cast<double>(image.height - 1 - y) * grid_.n[up] / image.height;
+        high[up] = static_cast<double>(image.height - y) * grid_.n[up] / image.height;
+        const V3f light = light_in(low, high);
+        for (int c = 0; c < 3; ++c) pixel[c] *= light[c];
+      }
+    return image;
+  }
+
+ private:
+  // Sum over the voxels whose centres lie in the box widened by `reach` voxels; whether there was any.
+  bool gather(const V3d& low, const V3d& high, int reach, V3d* sum, int* count, bool* open) const {
+    V3i a, b;
+    for (int i = 0; i < 3; ++i) {
+      a[i] = std::max(static_cast<int>(std::ceil(low[i] - 0.5 - 1e-6)) - reach, 0);
+      b[i] = std::min(std::max(static_cast<int>(std::ceil(high[i] - 0.5 - 1e-6)) - 1, a[i] + reach) + reach, grid_.n[i] - 1);
+    }
+    for (int z = a.z; z <= b.z; ++z)
+      for (int y = a.y; y <= b.y; ++y)
+        for (int x = a.x; x <= b.x; ++x)
+          if (const float* n = normal_.at(V3i(x, y, z))) {
+            *sum += V3d(n[0], n[1], n[2]);
+            ++*count;
+            if (!(solid_.value(V3i(x, y, z), 0) > 0)) *open = true;
+          }
+    return *count > 0;
+  }
+
+  [[nodiscard]] V3f light_in(const V3d& low, const V3d& high) const {
+    V3d sum(0, 0, 0);
+    int count = 0;
+    bool open = false;
+    // Inside a solid, next to its surface, the light of that goes on.
+    const bool any = gather(low, high, 0, &sum, &count, &open) || gather(low, high, 1, &sum, &count, &open);
+    const V3d m = any ? sum / count : V3d(0, 0, 0);
+    const double length = std::min(m.length(), 1.0);
+    const bool back = open && m.dot(to_eye_) < 0;
+    V3f light = ambient_;
+    for (const Light& source : lights_) {
+      V3d l;
+      V3f color;
+      if (!light_at(source, grid_.to_world((low + high) / 2), &l, &color)) continue;
+      // What has no one normal is lit as normals in all directions turned to the eye are, on average.
+      const double one = length > 0 && !back ? std::max(m.dot(l) / length, 0.0) : 0.0;
+      light += color * static_cast<float>(length * one + (1 - length) * 0.5);
+    }
+    return light;
+  }
+
+  const SliceStack& stack_;
+  const Grid& grid_;
+  V3d to_eye_;
+  std::vector<Light> lights_;
+  V3f ambient_;
+  Field normal_, solid_;
+};
+
+Tile slice_tile(const Pack& pack, const SliceStack& stack, ViewOptions options, bool light, Report& report) {
+  const Rays rays = make_rays(options.camera, options.width, options.height);
+  options.slice_axis = stack.axis;
+  Tile tile;
+  tile.label = std::string("SLICES ") + "XYZ"[std::clamp(stack.axis, 0, 2)] + " AT " + std::to_string(std::lround(angle_to(stack, rays.forward))) + "^";
+  if (!light || pack.levels.empty() || !pack.levels[0].find("normal") || pack.levels[0].grid.n != pack.grid.n) {
+    tile.picture = view_slices(pack, options, report);
+    return tile;
+  }
+  const SliceLight lighter(pack, stack, rays, view_lights(options, rays));
+  Pack shown;  // only what view_slices reads
+  shown.grid = pack.grid;
+  shown.slices.push_back(stack);
+  shown.slices.back().image = [&lighter](int k) { return lighter.lit(k); };
+  tile.label += " LIT";
+  tile.picture = view_slices(shown, options, report);
+  return tile;
 }
 
 }  // namespace
 
-Image contact_sheet(const Pack& pack, const Scene* scene, int tile_size, int threads, Report& report) {
+Image contact_sheet(const Pack& pack, const Scene* scene, int tile_size, int threads, Report& report, int up, bool light_slices) {
   if (tile_size < 16 || tile_size > 4096) throw Error(Code::kCommandLine, "", "tile size " + std::to_string(tile_size) + " is out of range", "use 16 to 4096");
   ViewOptions options;
-  options.camera = camera_for(pack.grid.box(), kElevation);
+  const SliceStack* stack = shown_stack(pack, up);
+  options.camera = frame_points(outline(pack), kAzimuth, elevation_for(stack, up), kAngle, up);
   options.width = options.height = tile_size;
   options.threads = threads;
   std::vector<Tile> tiles;
   if (scene) tiles.push_back({"TRUTH", view_truth(*scene, options, report)});
   if (!pack.levels.empty()) tiles.push_back({"VOLUME " + text_of(pack.levels[0].grid.n), view_volume(pack, options, report)});
-  const bool z_slices = std::any_of(pack.slices.begin(), pack.slices.end(), [](const SliceStack& s) { return s.axis == 2 && s.level == 0; });
-  if (z_slices) {
-    ViewOptions grazing = options;
-    const double elevation = grazing_elevation(pack);
-    grazing.camera = camera_for(pack.grid.box(), elevation);
-    grazing.slice_axis = 2;
-    const auto angle = static_cast<int>(std::lround(90 - elevation));
-    tiles.push_back({"SLICES Z AT " + std::to_string(angle) + "^", view_slices(pack, grazing, report)});
-  } else if (!pack.slices.empty()) {
-    tiles.push_back({"SLICES", view_slices(pack, options, report)});
-  }
+  if (stack) tiles.push_back(slice_tile(pack, *stack, options, light_slices, report));
   if (pack.levels.size() > 1) {
     ViewOptions coarse = options;
     coarse.level = std::min(3, static_cast<int>(pack.levels.size()) - 1);

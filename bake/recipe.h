@@ -54,6 +54,7 @@ struct Recipe {
   double max_error = 0;                   // choose the samples for this error of alpha; 0: as given by samples
   Pattern pattern = Pattern::kLattice;
   double max_depth = 9.21034037197618;    // cap of a voxel's optical depth: −ln(1e-4)
+  int up = -1;                            // 0 x, 1 y, 2 z points up in the preview; −1: by the input's format
   int threads = 0;                        // 0: all
   std::int64_t memory = 0;                // bytes; 0: no cap
   WriteOptions write;                     // slice format, full float

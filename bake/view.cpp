@@ -6,8 +6,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "bake/shading.h"
 #include "formats/error.h"
@@ -41,21 +43,69 @@ double fraction(double v) { return v - std::floor(v); }
 
 }  // namespace
 
-Camera orbit_camera(const Box3d& box, double azimuth, double elevation, double fov) {
-  Camera camera;
-  const bool usable = !box.isEmpty() && finite(box.min) && finite(box.max);
-  camera.target = usable ? (box.min / 2 + box.max / 2) : V3d(0, 0, 0);
-  const V3d half = usable ? (box.max / 2 - box.min / 2) : V3d(1, 1, 1);
-  double radius = half.length();
-  if (!(radius > 0) || !std::isfinite(radius)) radius = 1;
+Camera frame_points(std::span<const V3d> points, double azimuth, double elevation, double fov, int up, double aspect) {
+  constexpr double kBorder = 0.04;
+  const auto turned = [up](const V3d& v) { return up == 1 ? V3d(v.x, v.z, -v.y) : up == 0 ? V3d(v.z, v.x, v.y) : v; };
   const double a = azimuth * kDegree, e = elevation * kDegree;
-  const V3d towards(std::cos(a) * std::cos(e), std::sin(a) * std::cos(e), std::sin(e));
-  camera.up = V3d(-std::cos(a) * std::sin(e), -std::sin(a) * std::sin(e), std::cos(e));
+  const V3d towards = turned(V3d(std::cos(a) * std::cos(e), std::sin(a) * std::cos(e), std::sin(e)));
+  Camera camera;
+  camera.up = turned(V3d(-std::cos(a) * std::sin(e), -std::sin(a) * std::sin(e), std::cos(e)));
   camera.fov = fov > 0 ? std::min(fov, 170.0) : 0;
-  camera.height = 2 * radius;
-  const double distance = camera.fov > 0 ? radius / std::sin(camera.fov / 2 * kDegree) : 2 * radius;
-  camera.eye = camera.target + towards * distance;
+  const V3d right = camera.up.cross(towards);
+
+  Box3d box;
+  for (const V3d& p : points)
+    if (finite(p)) box.extendBy(p);
+  V3d middle = box.isEmpty() ? V3d(0, 0, 0) : box.min / 2 + box.max / 2;
+  const V3d half = box.isEmpty() ? V3d(0, 0, 0) : box.max / 2 - box.min / 2;
+  double radius = std::max({half.x, half.y, half.z}) * std::sqrt(half.length2() > 0 ? 3.0 : 1.0);
+  if (!(radius > 0) || !std::isfinite(radius)) radius = 1;
+
+  // A point r to the right of the target and f nearer is in the picture from distance D when |r − shift| <= (D − f)·k. Both sides'
+  // tightest points give the least D and the shift at once.
+  const bool perspective = camera.fov > 0;
+  const double slope = perspective ? std::tan(camera.fov / 2 * kDegree) * (1 - kBorder) : 0;
+  double shift[2] = {0, 0}, need = 0, nearest = -radius;
+  for (int k = 0; k < 2; ++k) {
+    const V3d& across = k == 0 ? right : camera.up;
+    const double stretch = k == 0 ? aspect : 1;
+    double most = -1e300, least = -1e300;
+    for (const V3d& p : points) {
+      if (!finite(p)) continue;
+      const V3d v = p - middle;
+      const double r = v.dot(across), f = v.dot(towards);
+      nearest = std::max(nearest, f);
+      most = std::max(most, perspective ? r / (slope * stretch) + f : r);
+      least = std::max(least, perspective ? -r / (slope * stretch) + f : -r);
+    }
+    if (!(most > -1e300)) most = least = radius;
+    shift[k] = (most - least) / 2 * (perspective ? slope * stretch : 1);
+    need = std::max(need, (most + least) / 2 / (perspective ? 1 : stretch));
+  }
+  camera.target = middle + right * shift[0] + camera.up * shift[1];
+  // Never nearer than the nearest point: what is flat and seen edge-on needs no width.
+  camera.height = need > 0 ? 2 * need / (1 - kBorder) : 2 * radius;
+  camera.eye = camera.target + towards * (perspective ? std::max(need, nearest + 0.1 * radius) : 2 * radius + nearest);
   return camera;
+}
+
+Camera orbit_camera(const Box3d& box, double azimuth, double elevation, double fov, int up, double aspect) {
+  std::array<V3d, 8> corners;
+  for (std::size_t i = 0; i < 8; ++i) corners[i] = V3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z);
+  return frame_points(box.isEmpty() ? std::span<const V3d>() : std::span<const V3d>(corners), azimuth, elevation, fov, up, aspect);
+}
+
+int up_axis(int up, const std::vector<SourceFile>& sources) {
+  if (up >= 0 && up <= 2) return up;
+  for (const SourceFile& source : sources) {
+    const std::size_t dot = source.path.rfind('.');
+    if (dot == std::string::npos) continue;
+    std::string extension = source.path.substr(dot);
+    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    if (extension == ".obj" || extension == ".ply" || extension == ".off") return 1;
+    if (extension == ".stl") return 2;
+  }
+  return 2;
 }
 
 Image over_background(const Image& image, V3f background) {

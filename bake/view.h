@@ -1,6 +1,5 @@
 #pragma once
 // Pack or Scene -> picture: the reference renderer, slice compositing, ground truth (method: docs/view.md)
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,9 +18,16 @@ struct Camera {
   double height = 1;
 };
 
-// Looks at the middle of `box` from azimuth (degrees about +Z, 0 = from +X, −90 = from −Y) and elevation (degrees), far enough that
-// the box's sphere fits.
-[[nodiscard]] Camera orbit_camera(const Box3d& box, double azimuth, double elevation, double fov = 30);
+// Looks at `points` (world) from azimuth (degrees about the up axis) and elevation (degrees) so that they just fit into a picture
+// `aspect` times as wide as high, with a border of 4 %. `up`: 0 x, 1 y, 2 z; azimuth 0 is from +Y, +X, +X and azimuth −90, the front,
+// from −Z, +Z, −Y. Nothing finite to look at: the unit ball.
+[[nodiscard]] Camera frame_points(std::span<const V3d> points, double azimuth, double elevation, double fov, int up, double aspect = 1);
+
+// The same for a box's corners.
+[[nodiscard]] Camera orbit_camera(const Box3d& box, double azimuth, double elevation, double fov = 30, int up = 2, double aspect = 1);
+
+// The up axis (0…2): `up` where it is one, else the habit of the first mesh's format: y for .obj, .ply and .off, z for all others.
+[[nodiscard]] int up_axis(int up, const std::vector<SourceFile>& sources);
 
 struct ViewOptions {
   Camera camera;
@@ -42,8 +48,9 @@ enum class ViewMode { kVolume, kSlices, kTruth };
 [[nodiscard]] Image view_slices(const Pack& pack, const ViewOptions& options, Report& report);  // back-to-front compositing
 [[nodiscard]] Image view_truth(const Scene& scene, const ViewOptions& options, Report& report); // Embree, the geometry itself
 
-// The pack's preview.png: a sheet of truth (where `scene` is given), volume, slices from a grazing angle and a coarser level, labelled.
-[[nodiscard]] Image contact_sheet(const Pack& pack, const Scene* scene, int tile_size, int threads, Report& report);
+// The pack's preview.png: truth (where `scene` is given), volume, slices from a grazing angle and a coarser level, side by side from one
+// camera, labelled. With `light_slices` the slices, which have no light of their own, are lit by the volume's normals where it has them.
+[[nodiscard]] Image contact_sheet(const Pack& pack, const Scene* scene, int tile_size, int threads, Report& report, int up = 2, bool light_slices = true);
 
 // `image` over a plain background (straight linear RGBA -> opaque RGB).
 [[nodiscard]] Image over_background(const Image& image, V3f background);

@@ -10,12 +10,12 @@ namespace texel {
 namespace {
 
 constexpr float kSeen = 1.0f / 1024;     // transmittance below which a cone ends
-constexpr double kStep = 0.5;            // voxel edges of the finer level in use
+constexpr double kStep = 0.5;            // voxel edges, of the levels in use as they are blended
 constexpr int kShadowResolution = 128;   // shadow cones use the first level of at most so many voxels a side
 
 // A ray in one level's voxel space; t stays in world units.
 struct LevelRay {
-  V3d origin, direction;
+  V3d origin, direction, inverse;
   [[nodiscard]] V3d at(double t) const { return origin + direction * t; }
 };
 
@@ -67,27 +67,22 @@ bool clip(const LevelRay& ray, const V3i& n, double* from, double* to) {
       if (ray.origin[k] < low || ray.origin[k] > high) return false;
       continue;
     }
-    const double a = (low - ray.origin[k]) / ray.direction[k], b = (high - ray.origin[k]) / ray.direction[k];
+    const double a = (low - ray.origin[k]) * ray.inverse[k], b = (high - ray.origin[k]) * ray.inverse[k];
     *from = std::max(*from, std::min(a, b));
     *to = std::min(*to, std::max(a, b));
   }
   return *from < *to;
 }
 
-// Where the ray leaves the 8³ block it is in.
-double block_exit(const LevelRay& ray, const V3d& p) {
+// Where the ray leaves the aligned cell of `edge` voxels it is in.
+double cell_exit(const LevelRay& ray, const V3d& p, int edge) {
   double exit = 1e300;
   for (int k = 0; k < 3; ++k) {
     if (ray.direction[k] == 0) continue;
-    const double low = std::floor(p[k] / 8) * 8;
-    exit = std::min(exit, ((ray.direction[k] > 0 ? low + 8 : low) - ray.origin[k]) / ray.direction[k]);
+    const double low = std::floor(p[k] / edge) * edge;
+    exit = std::min(exit, ((ray.direction[k] > 0 ? low + edge : low) - ray.origin[k]) * ray.inverse[k]);
   }
   return exit;
-}
-
-V3i block_of(const V3d& p) {
-  const auto along = [](double v) { return static_cast<int>(std::clamp(std::floor(v / 8), -1e9, 1e9)); };
-  return {along(p.x), along(p.y), along(p.z)};
 }
 
 void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
@@ -95,7 +90,8 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
   double from = 0, to = 0;
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const Grid& g = levels[l]->grid();
-    in[l] = {g.to_voxel(ray.origin), ray.direction / g.h};
+    const V3d direction = ray.direction / g.h;
+    in[l] = {g.to_voxel(ray.origin), direction, V3d(1 / direction.x, 1 / direction.y, 1 / direction.z)};
     double a = 0, b = 1e300;
     if (!clip(in[l], g.n, &a, &b)) continue;
     from = to > 0 ? std::min(from, a) : a;
@@ -112,11 +108,12 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
     const std::size_t count = f > 0 ? 2 : 1;
     const double h = levels[l]->grid().h;
 
-    // Leave blocks that are empty on both levels at once.
+    // Leave cells that are empty on both levels at once.
     double skip = 1e300;
     for (std::size_t i = 0; i < count; ++i) {
       const V3d p = in[l + i].at(t);
-      skip = levels[l + i]->occupied(block_of(p)) ? t : std::min(skip, block_exit(in[l + i], p));
+      const int edge = levels[l + i]->empty_cell(p);
+      skip = edge == 0 ? t : std::min(skip, cell_exit(in[l + i], p, edge));
       if (skip <= t) break;
     }
     if (skip > t) {
@@ -124,7 +121,7 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
       continue;
     }
 
-    const double step = std::min(kStep * h, to - t), middle = t + step / 2;
+    const double step = std::min(kStep * h * (1 + f), to - t), middle = t + step / 2;
     float gain = 0;          // of what the eye sees, what this step adds
     V3f light(0, 0, 0);
     float known = 0;

@@ -140,36 +140,48 @@ LitLevel::LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow)
   matter_ = alpha_.present() ? &alpha_ : &density_;
   if (!matter_->present()) throw Error(Code::kBadInput, "", "the pack has neither the grid alpha nor density", "bake it with --want density or visibility");
   blocks_ = blocks_of(level.grid.n);
-  const std::size_t blocks = count_blocks(level.grid);
-  occupied_.assign(blocks, 0);
-  slot_of_.assign(blocks, -1);
-  std::int32_t slots = 0;
-  const auto mark = [&](const V3i& at, const V3i& low, const V3i& high) {
-    slot_of_[place(at, blocks_)] = slots++;
-    // Interpolation reaches one voxel far: into the next block only from voxels at this one's side.
-    for (int dz = low.z == 0 ? -1 : 0; dz <= (high.z == 7 ? 1 : 0); ++dz)
-      for (int dy = low.y == 0 ? -1 : 0; dy <= (high.y == 7 ? 1 : 0); ++dy)
-        for (int dx = low.x == 0 ? -1 : 0; dx <= (high.x == 7 ? 1 : 0); ++dx)
-          if (const V3i b(at.x + dx, at.y + dy, at.z + dz); inside(b, blocks_)) occupied_[place(b, blocks_)] = 1;
+  place_of_.assign(count_blocks(level.grid), -1);
+  const auto place_at = [&](const V3i& b) -> Place& {
+    std::int32_t& i = place_of_[place(b, blocks_)];
+    if (i < 0) {
+      i = static_cast<std::int32_t>(places_.size());
+      places_.emplace_back();
+    }
+    return places_[static_cast<std::size_t>(i)];
+  };
+  // Interpolation reaches one voxel far: a box of voxels is near to the cells from one voxel below to one above it.
+  const auto mark = [&](const V3i& low, const V3i& high) {
+    const auto down = [](int v) { return (v - 1) >> 1; };
+    const auto up = [](int v) { return (v + 1) >> 1; };
+    for (int x = down(low.x); x <= up(high.x); ++x)
+      for (int y = down(low.y); y <= up(high.y); ++y)
+        for (int z = down(low.z); z <= up(high.z); ++z)
+          if (const V3i b(x >> 2, y >> 2, z >> 2); inside(b, blocks_)) place_at(b).near |= std::uint64_t{1} << ((x & 3) << 4 | (y & 3) << 2 | (z & 3));
   };
   for (const texel::Block& block : matter_->layer()->set.blocks) {
-    V3i low(7, 7, 7), high(0, 0, 0);
+    place_at(block.at).filled = true;
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y)
         for (int z = 0; z < 8; ++z)
-          if (block.has(x, y, z)) {
-            low = V3i(std::min(low.x, x), std::min(low.y, y), std::min(low.z, z));
-            high = V3i(std::max(high.x, x), std::max(high.y, y), std::max(high.z, z));
-          }
-    mark(block.at, low, high);
+          if (block.has(x, y, z)) mark(block.at * 8 + V3i(x, y, z), block.at * 8 + V3i(x, y, z));
   }
-  for (const V3i& tile : matter_->layer()->tiles) mark(tile, V3i(0, 0, 0), V3i(7, 7, 7));
-  slots_ = std::make_unique<Slot[]>(static_cast<std::size_t>(slots));
+  for (const V3i& tile : matter_->layer()->tiles) {
+    place_at(tile).filled = true;
+    mark(tile * 8, tile * 8 + V3i(7, 7, 7));
+  }
+  slots_ = std::make_unique<Slot[]>(places_.size());
 }
 
-bool LitLevel::occupied(V3i block) const {
-  for (int k = 0; k < 3; ++k) block[k] = std::clamp(block[k], 0, blocks_[k] - 1);
-  return occupied_[place(block, blocks_)] != 0;
+int LitLevel::empty_cell(const V3d& p) const {
+  V3i voxel;
+  for (int k = 0; k < 3; ++k) voxel[k] = static_cast<int>(std::clamp(std::floor(p[k]), 0.0, level_.grid.n[k] - 1.0));
+  const std::int32_t i = place_of_[place(V3i(voxel.x >> 3, voxel.y >> 3, voxel.z >> 3), blocks_)];
+  if (i < 0) return 8;
+  const std::uint64_t near = places_[static_cast<std::size_t>(i)].near;
+  constexpr std::uint64_t kEight = 0x330033;  // the 2×2×2 cells at the lowest corner
+  if ((near >> ((voxel.x >> 2 & 1) << 5 | (voxel.y >> 2 & 1) << 3 | (voxel.z >> 2 & 1) << 1) & kEight) == 0) return 4;
+  const int bit = (voxel.x >> 1 & 3) << 4 | (voxel.y >> 1 & 3) << 2 | (voxel.z >> 1 & 3);
+  return near >> bit & 1 ? 0 : 2;
 }
 
 // Optical depth of one voxel edge along `direction`: the axes' depths joined by the correlations of S, as field notes 4.3.
@@ -291,6 +303,19 @@ V3f LitLevel::light_sent(const V3i& voxel, const V3d& v) const {
   return sum;
 }
 
+// How far the voxel's surface is one sheet: by its normals' mean, or, as two-sided surface has none, by how much one axis prevails in S.
+float LitLevel::sheet_share(const V3i& voxel) const {
+  const V3f m = normal_.color(voxel, V3f(0.0f));
+  float share = std::min(m.dot(m), 1.0f);
+  const float *d = diagonal_.at(voxel), *o = off_.at(voxel);
+  if (!d || !o) return share;
+  const float trace = d[0] + d[1] + d[2];
+  const float squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 2 * (o[0] * o[0] + o[1] * o[1] + o[2] * o[2]);
+  if (!(trace > 0)) return share;
+  const float flat = std::clamp(1.5f * squares / (trace * trace) - 0.5f, 0.0f, 1.0f);  // 1: one direction, 0: all alike
+  return std::max(share, flat * flat);
+}
+
 LitVoxel LitLevel::light_up(const V3i& voxel) const {
   LitVoxel lit;
   const V3d centre = level_.grid.centre(voxel);
@@ -303,10 +328,7 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
   const bool surface = normal_.at(voxel) || diagonal_.at(voxel) || (!normal_.present() && !diagonal_.present());
   lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
   if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
-  if (lit.solid <= 0) {
-    const V3f m = normal_.color(voxel, V3f(0.0f));
-    lit.sheet = lit.alpha * std::min(m.dot(m), 1.0f);
-  }
+  if (lit.solid <= 0) lit.sheet = lit.alpha * sheet_share(voxel);
   const float weight = std::max(lit.alpha, lit.solid);
   if (!surface || !(weight > 0)) return lit;
   lit.known = weight;
@@ -316,8 +338,8 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
 
 const LitLevel::Block* LitLevel::block_at(const V3i& b) const {
   if (!inside(b, blocks_)) return nullptr;
-  const std::int32_t i = slot_of_[place(b, blocks_)];
-  if (i < 0) return nullptr;
+  const std::int32_t i = place_of_[place(b, blocks_)];
+  if (i < 0 || !places_[static_cast<std::size_t>(i)].filled) return nullptr;
   Slot& slot = slots_[static_cast<std::size_t>(i)];
   std::call_once(slot.once, [&] {
     auto block = std::make_unique<Block>();

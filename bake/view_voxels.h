@@ -36,7 +36,7 @@ class Field {
 // A voxel as the eye sees it.
 struct LitVoxel {
   float alpha = 0;     // of the surfaces: opacity of one voxel edge along the line of sight; between voxels: the optical depth
-  float sheet = 0;     // opacity · how far the surfaces are one open sheet, (|m|/A)²
+  float sheet = 0;     // opacity · how far the surfaces are one open sheet, (|m|/A)² or as S tells
   float solid = 0;     // filled share
   float known = 0;     // weight of `light`; 0: inside a solid, the ray's last colour goes on
   V3f light{0, 0, 0};  // light sent to the eye · known
@@ -57,8 +57,9 @@ class LitLevel {
   LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow);
 
   [[nodiscard]] const Grid& grid() const { return level_.grid; }
-  // Whether anything is within one voxel of the block; block coordinates are clamped to the grid.
-  [[nodiscard]] bool occupied(V3i block) const;
+  // Edge in voxels (8, 4 or 2) of the aligned cell about `p` (voxel space) that interpolation finds nothing in; 0: it may find something.
+  // Thread-safe.
+  [[nodiscard]] int empty_cell(const V3d& p) const;
   // Between voxel centres: trilinear, except that of the surfaces opacity is interpolated across `axis`, along which a ray passes,
   // and optical depth along it: a sheet one voxel thick loses nothing then. `p` in voxel space. Thread-safe.
   [[nodiscard]] LitVoxel at(const V3d& p, int axis) const;
@@ -76,6 +77,7 @@ class LitLevel {
   [[nodiscard]] LitVoxel light_up(const V3i& voxel) const;
   [[nodiscard]] V3f light_sent(const V3i& voxel, const V3d& to_eye) const;
   [[nodiscard]] double depth(const V3i& voxel, const V3d& direction) const;
+  [[nodiscard]] float sheet_share(const V3i& voxel) const;
 
   const Level& level_;
   const Eye& eye_;
@@ -83,8 +85,12 @@ class LitLevel {
   Field alpha_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
   const Field* matter_ = nullptr;
   V3i blocks_{0, 0, 0};
-  std::vector<char> occupied_;            // per block
-  std::vector<std::int32_t> slot_of_;     // per block: −1 none
+  struct Place {
+    std::uint64_t near = 0;               // bit x<<4 | y<<2 | z: matter within one voxel of that cell of 2³
+    bool filled = false;                  // the block itself holds matter
+  };
+  std::vector<std::int32_t> place_of_;    // per block: into places_ and slots_; −1: nothing within one voxel
+  std::vector<Place> places_;
   std::unique_ptr<Slot[]> slots_;
 };
 

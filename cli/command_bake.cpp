@@ -137,10 +137,11 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   pack.sources = scene.sources;
   if (settings.recipe.want.preview) {
     const StageTimer timer(report, "preview");
-    constexpr int kTile = 256;
+    constexpr int kTile = 320;
     Report views;  // its pictures time themselves; here they count as one stage
     views.progress = report.progress;
-    pack.preview = contact_sheet(pack, &scene, kTile, settings.recipe.threads, views);
+    const bool own_light = !settings.recipe.lights.empty();
+    pack.preview = contact_sheet(pack, &scene, kTile, settings.recipe.threads, views, up_axis(settings.recipe.up, scene.sources), !own_light);
     for (const Issue& issue : views.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
   }
   stop_if_interrupted();

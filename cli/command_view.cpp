@@ -36,20 +36,36 @@ Box3d bounds(const Scene& scene) {
   return box;
 }
 
+// What the pack's recipe says; a pack may also come from elsewhere and have none that can be read.
+int recorded_up(const std::string& pack) {
+  Settings baked;
+  baked.inputs = {pack};
+  try {
+    read_recipe_file(pack, baked);
+  } catch (const Error&) {
+    return -1;
+  }
+  return baked.recipe.up;
+}
+
 Image render(const Settings& settings, ViewOptions& options, Report& report) {
   const ViewSettings& view = settings.view;
   const std::string& input = settings.inputs.front();
-  const auto aim = [&](const Box3d& box) { options.camera = orbit_camera(box, view.azimuth, view.elevation, view.fov); };
+  const auto aim = [&](const Box3d& box, int up) {
+    options.camera = orbit_camera(box, view.azimuth, view.elevation, view.fov, up, static_cast<double>(view.width) / view.height);
+  };
   std::error_code ec;
   if (!fs::is_directory(input, ec)) {
     if (!view.mode.empty() && view.mode != "truth")
       throw Error(Code::kCommandLine, "--mode " + view.mode, "needs a pack, and " + input + " is none", "bake it first, or use --mode truth");
     const Scene scene = read_scene(settings.inputs, report);
-    aim(bounds(scene));
+    aim(bounds(scene), up_axis(settings.recipe.up, scene.sources));
     return view_truth(scene, options, report);
   }
   const Pack pack = read_pack(input);
-  aim(pack.grid.box());  // the same camera for the pack and its truth
+  // The same camera for the pack and its truth; the side that is up is the one the pack was baked with, unless it is asked for.
+  const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded_up(input);
+  aim(pack.grid.box(), up_axis(up, pack.sources));
   if (view.truth || view.mode == "truth") {
     const std::vector<std::string> meshes = manifest_meshes((fs::path(input) / "manifest.json").string());
     if (meshes.empty()) throw Error(Code::kBadInput, input, "names no source mesh", "view the mesh itself");

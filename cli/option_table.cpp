@@ -485,7 +485,11 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.recipe.write.full_float; }),
 
       // View
-      number({.name = "azimuth", .metavar = "DEG", .group = kCamera, .commands = kView, .help = "camera about +Z; 0: from +X, -90: from -Y"},
+      choice({.name = "up", .metavar = "AXIS", .group = kCamera, .commands = kBake | kView,
+              .help = "axis that points up in pictures; auto: y for .obj, .ply and .off, else z", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.up; },
+             std::vector<std::pair<const char*, int>>{{"auto", -1}, {"x", 0}, {"y", 1}, {"z", 2}}),
+      number({.name = "azimuth", .metavar = "DEG", .group = kCamera, .commands = kView, .help = "camera about the up axis; -90: from the front (-Y where Z is up, else +Z, -Z)"},
              [](auto& s) -> auto& { return s.view.azimuth; }, {-360, 360}),
       number({.name = "elevation", .metavar = "DEG", .group = kCamera, .commands = kView, .help = "camera above the horizon"},
              [](auto& s) -> auto& { return s.view.elevation; }, {-90, 90}),
