@@ -38,10 +38,9 @@ Figures compare(const Pack& pack, const Pack& truth, std::size_t level, int axis
   return f;
 }
 
-// Of the rms error over border voxels: 1/samples² steps at least, so 0.29/samples² is the floor where voxels are cut; a pattern's
-// error goes with the power −3/2 to −2 of `samples`.
+// Of the rms error over border voxels, all three models.
 double bound_of(int samples) {
-  const std::map<int, double> bounds{{1, 0.25}, {2, 0.12}, {3, 0.07}, {4, 0.05}, {5, 0.045}, {6, 0.035}, {8, 0.025}, {16, 0.008}};
+  const std::map<int, double> bounds{{1, 0.2}, {2, 0.1}, {3, 0.05}, {4, 0.03}, {5, 0.02}, {6, 0.016}, {8, 0.01}, {16, 0.004}};
   return bounds.at(samples);
 }
 
@@ -62,12 +61,13 @@ TEST(Alpha, AgainstManySubRays) {
         for (int axis = 0; axis < 3; ++axis) {
           const Figures f = compare(pack, truth, 0, axis);
           std::printf(" %.5f", f.rms);
-          // Statistical: about a sixth more than the worst of the three models.
+          // Statistical: about a fifth more than the worst of the three models.
           EXPECT_LE(f.rms, bound_of(samples)) << "axis " << axis << ", " << samples << " samples";
-          // Coverage of a cut-out is filtered over a sub-ray's footprint; leaves doubled back to back then hide too much.
-          if (samples >= 4) {
-            EXPECT_LE(std::abs(f.bias), cutouts ? 0.02 : 0.001) << "axis " << axis << ", " << samples << " samples";
-          }
+          if (samples != Recipe{}.samples || pattern != Recipe{}.pattern) continue;
+          // What is wanted of the default for solid meshes. Leaves lie behind leaves, which few rays cannot tell apart, and their
+          // coverage is filtered over a sub-ray's footprint.
+          EXPECT_LE(f.rms, cutouts ? 0.03 : 0.02) << "axis " << axis;
+          EXPECT_LE(std::abs(f.bias), cutouts ? 0.004 : 0.001) << "axis " << axis;
         }
         std::printf("\n");
         if (samples != Recipe{}.samples || pattern != Recipe{}.pattern) continue;
@@ -147,8 +147,8 @@ TEST(Alpha, TruthAgainstItsOwnRayCaster) {
           if (!area.state(v)) continue;
           const double mine = stopped[static_cast<std::size_t>(k)] / static_cast<double>(kTruthSamples * kTruthSamples);
           const double e = static_cast<double>(alpha.at(v, axis)) - mine;
-          // Edges rounded to 2⁻¹⁶ voxel move a ray at most where it passes that near: a few of 4096.
-          EXPECT_LE(std::abs(e), 8.0 / 4096) << v.x << " " << v.y << " " << v.z;
+          // The brute force's own error: a plain mean of 64 × 64 rays may count an edge along a row one row wrong.
+          EXPECT_LE(std::abs(e), 1.0 / 64) << v.x << " " << v.y << " " << v.z;
           worst = std::max(worst, std::abs(e));
           sum += e;
           square += e * e;
@@ -190,9 +190,8 @@ TEST(Alpha, StraightEdges) {
     });
   }
   const double rms = std::sqrt(square / static_cast<double>(count));
-  EXPECT_LE(rms, 0.04);
-  EXPECT_LE(worst, 0.16);  // discrepancy of a 16-point pattern against half planes: two points and a half
-  std::printf("straight edges, 16 rays: %lld voxels, rms %.4f, worst %.3f\n", static_cast<long long>(count), rms, worst);
+  EXPECT_LE(worst, 1e-5);  // one layer: exact but for floats
+  std::printf("straight edges, 16 rays: %lld voxels, rms %.2g, worst %.2g\n", static_cast<long long>(count), rms, worst);
 }
 
 }  // namespace
