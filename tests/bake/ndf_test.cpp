@@ -123,7 +123,7 @@ TEST(Sggx, RecoversItsOwnRoughness) {
     const double c = sggx_scale(m);
     double exact_sum = 0, square = 0;
     const int directions = 20000;
-    const auto exact = [&](const V3d& w) { return std::sqrt(rough * rough * (w.x * w.x + w.y * w.y) + w.z * w.z); };
+    const auto exact = [r = rough](const V3d& w) { return std::sqrt(r * r * (w.x * w.x + w.y * w.y) + w.z * w.z); };
     for (int i = 0; i < directions; ++i) exact_sum += exact(fibonacci(i, directions));
     const double scale = m.covered / 2 / (exact_sum / directions);
     for (int i = 0; i < directions; ++i) {
