@@ -1,5 +1,6 @@
 // The reference renderer: one cone per sample, marched from front to back through the levels that match its width.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "bake/view_voxels.h"
@@ -99,7 +100,7 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
   }
   const V3d size(std::abs(ray.direction.x), std::abs(ray.direction.y), std::abs(ray.direction.z));
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  float left = 1;
+  float left = 1, before = 1, fullest = 0;  // before: what was left where the ray came to the body it is in
   V3f last = unseen;
   for (double t = from; t < to && left > kSeen;) {
     const double level = level_of(eye.rays.footprint(t));
@@ -117,16 +118,21 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
       if (skip <= t) break;
     }
     if (skip > t) {
+      before = left;
+      fullest = 0;
       t = std::max(skip, t) + 1e-4 * h;
       continue;
     }
 
     const double step = std::min(kStep * h * (1 + f), to - t), middle = t + step / 2;
     float gain = 0;          // of what the eye sees, what this step adds
+    float filled = 0;        // how much the body hides here
     V3f light(0, 0, 0);
     float known = 0;
+    std::array<float, 2> parts{};
+    std::array<LitVoxel, 2> found;
     for (std::size_t i = 0; i < count; ++i) {
-      const LitVoxel voxel = levels[l + i]->at(in[l + i].at(middle), axis);
+      const LitVoxel& voxel = found[i] = levels[l + i]->at(in[l + i].at(middle), axis);
       const auto blend = static_cast<float>(count == 1 ? 1 : i == 0 ? 1 - f : f);
       // Surfaces hide what they hide of all that is left, as if in places of their own. But where one sheet goes from a layer of voxels
       // to the next, each has a part of it and the parts add up. And a solid is one body: the fullest place the ray passed says how
@@ -134,15 +140,26 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
       const auto way = static_cast<float>(step / levels[l + i]->grid().h);
       const float apart = -left * std::expm1(-voxel.alpha * way), opacity = -std::expm1(-voxel.alpha);
       const float together = std::max(apart, std::min(left, opacity * way));
-      const float coherent = opacity > 0 ? std::min(voxel.sheet / opacity, 1.0f) : 0.0f;
-      const float surface = apart + coherent * (together - apart);
-      const float part = blend * std::max(surface, voxel.solid - (1 - left));
-      if (!(part > 0)) continue;
-      gain += part;
-      known += part * voxel.known;
-      light += voxel.light * part;
+      const auto share = [opacity](float of) { return opacity > 0 ? std::min(of / opacity, 1.0f) : 0.0f; };
+      const float bounds = share(voxel.body);
+      parts[i] = blend * (1 - bounds) * (apart + share(voxel.sheet) * (together - apart));
+      filled += blend * std::max(voxel.solid, bounds * opacity);
     }
+    // A gap ends the body: what comes behind hides in places of its own.
+    if (!(filled > 0)) {
+      before = left;
+      fullest = 0;
+    }
+    fullest = std::max(fullest, filled);
+    const float solid_gain = std::max(left - before * (1 - fullest), 0.0f);
+    gain = std::min(std::max(solid_gain, parts[0] + parts[1]), left);
     if (gain > 0) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto blend = static_cast<float>(count == 1 ? 1 : i == 0 ? 1 - f : f);
+        const float weight = solid_gain > parts[0] + parts[1] ? blend * std::max(found[i].solid, found[i].body) : parts[i];
+        known += weight * found[i].known;
+        light += found[i].light * weight;
+      }
       if (known > 1e-6f) last = light / known;
       *color += last * gain;
       *alpha += gain;

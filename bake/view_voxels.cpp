@@ -328,7 +328,11 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
   const bool surface = normal_.at(voxel) || diagonal_.at(voxel) || (!normal_.present() && !diagonal_.present());
   lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
   if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
-  if (lit.solid <= 0) lit.sheet = lit.alpha * sheet_share(voxel);
+  lit.sheet = lit.alpha * sheet_share(voxel);
+  if (lit.solid > 0) {
+    const V3f m = normal_.color(voxel, V3f(0.0f));
+    lit.body = lit.alpha * std::min(m.dot(m), 1.0f);
+  }
   const float weight = std::max(lit.alpha, lit.solid);
   if (!surface || !(weight > 0)) return lit;
   lit.known = weight;
@@ -369,6 +373,7 @@ LitVoxel LitLevel::at(const V3d& p, int axis) const {
     layers[(axis == 0 ? dx : axis == 1 ? dy : dz)] += weight * voxel.alpha;
     sum.sheet += weight * voxel.sheet;
     sum.solid += weight * voxel.solid;
+    sum.body += weight * voxel.body;
     sum.known += weight * voxel.known;
     sum.light += voxel.light * weight;
   }

@@ -38,6 +38,7 @@ struct LitVoxel {
   float alpha = 0;     // of the surfaces: opacity of one voxel edge along the line of sight; between voxels: the optical depth
   float sheet = 0;     // opacity · how far the surfaces are one open sheet, (|m|/A)² or as S tells
   float solid = 0;     // filled share
+  float body = 0;      // opacity · how far the surfaces bound a solid thicker than the voxel, (|m|/A)²; 0 without solid
   float known = 0;     // weight of `light`; 0: inside a solid, the ray's last colour goes on
   V3f light{0, 0, 0};  // light sent to the eye · known
 };
