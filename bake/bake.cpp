@@ -27,7 +27,7 @@ void check_recipe(const Recipe& recipe) {
   if (recipe.max_error > 0) unsupported("--max-error", "choosing the samples by error is not in this version");
   if (recipe.memory > 0) unsupported("--memory", "brick by brick bakes are not in this version");
   if (recipe.prune > 0) unsupported("--prune", "pruning is not in this version");
-  if (recipe.samples < 1 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
+  if (recipe.samples < 0 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
 }
 
 MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
@@ -133,8 +133,9 @@ void measure(const Plan& plan, std::span<const Surface> surfaces, const Visibili
 
 }  // namespace
 
-Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
-  check_recipe(recipe);
+Pack bake(const Scene& scene, const Recipe& given, Report& report) {
+  check_recipe(given);
+  Recipe recipe = given;
   std::unique_ptr<tbb::global_control> limit;
   if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
 
@@ -150,6 +151,8 @@ Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
     textures = std::make_unique<TextureSet>(scene, colors ? TextureSet::Need::kColor : TextureSet::Need::kCoverage, report);
   }
   const MaterialKinds kinds = find_kinds(scene, *textures);
+  if (recipe.samples == 0) recipe.samples = kinds.cutouts ? 6 : 4;
+  report.count("samples", recipe.samples);
 
   // 1. The grid, the components and what takes part in the fill.
   Plan plan;

@@ -187,7 +187,6 @@ struct Rasteriser {
     std::int8_t enters, winding;
     bool cut_out;
     std::uint32_t material;
-    float footprint;                // uv
   };
 
   Shade make_shade(std::uint32_t t, const Corners& c, bool ccw, double area, const int* order) const {
@@ -209,7 +208,6 @@ struct Rasteriser {
     s.winding = bundle.plan->winding[t] ? s.enters : std::int8_t{0};
     s.material = bundle.scene->mesh.materials[t];
     s.cut_out = bundle.textures->has_cutouts(s.material);
-    s.footprint = s.cut_out ? bundle.plan->uv_width[t] * static_cast<float>(bundle.plan->grid.h / std::sqrt(bundle.pattern.rays())) : 0;
     return s;
   }
 
@@ -225,13 +223,15 @@ struct Rasteriser {
     c.winding = s.winding;
     c.coverage = 1;
     if (s.cut_out) {
+      // A point of the mask: filtered coverage would let two sheets on top of each other hide more than one (1 − (1−c)² > c); the
+      // exact covered areas take out the noise (opacity.h).
       if (!s.whole) {
         const Barycentrics b = crossing_barycentrics(bundle, s.triangle, static_cast<double>(at.u) / static_cast<double>(kOne), static_cast<double>(at.v) / static_cast<double>(kOne));
         b1 = s.swapped ? b.b2 : b.b1;
         b2 = s.swapped ? b.b1 : b.b2;
       }
       const V2f uv = s.swapped ? uv_at(bundle.scene->mesh, s.triangle, b2, b1) : uv_at(bundle.scene->mesh, s.triangle, b1, b2);
-      c.coverage = bundle.textures->coverage(s.material, uv, s.footprint);
+      c.coverage = bundle.textures->coverage(s.material, uv, 0);
       if (c.coverage <= 0 && c.winding == 0) return;
     }
     scratch.found.push_back(c);

@@ -124,8 +124,7 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
   coarse_seen.solid.assign(solid.begin(), solid.end());
   for (std::size_t a = 0; a < 3; ++a) {
     coarse_seen.crossings[a].assign(crossings[a].begin(), crossings[a].end());
-    // Recomputed opacity may rest on fewer rays than the crossings do; it cannot truly exceed them where nothing is filled.
-    if (!opacity && !crossings[a].empty())
+    if (!opacity && !crossings[a].empty())  // recomputed: as level 0 has it, see fill_fractions
       for (std::size_t i = 0; i < coarse_seen.alpha[a].size(); ++i)
         if (!(solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], coarse_seen.crossings[a][i]);
     if (open[a].empty()) continue;

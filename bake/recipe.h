@@ -16,7 +16,7 @@ enum class NdfKind { kSggx, kNeyret, kRatib };
 enum class Normals { kAll, kVisible };
 enum class LevelMode { kRecompute, kFilter };
 enum class Sidedness { kAuto, kAlways, kNever }; // auto: materials with cut-outs are two-sided
-enum class Pattern { kLattice, kGrid };          // kLattice: rank-1 lattice, one sample in each of s² rows and columns
+enum class Pattern { kLattice, kGrid };          // kLattice: rank-1 lattice, one ray in each of s² rows and columns; kGrid: s × s
 
 struct Want {
   bool slices = true, density = true, color = true, ndf = true, visibility = true, material = true, normal = true, levels = true, preview = true;
@@ -50,9 +50,10 @@ struct Recipe {
   int levels = -1;                        // −1: down to one voxel; else how many levels in all, 1…
   LevelMode level_mode = LevelMode::kRecompute;
   double prune = 0;                       // tolerance
-  int samples = 4;                        // sub-rays per voxel edge and axis: samples² rays through each voxel column, 1…64
+  int samples = 0;                        // sub-rays per voxel edge and axis: samples² rays through each voxel column, 1…64; 0: 4, or 6 where
+                                          // textures cut holes, whose many layers need more rays for the same error (docs/accuracy.md)
   double max_error = 0;                   // choose the samples for this error of alpha; 0: as given by samples
-  Pattern pattern = Pattern::kLattice;
+  Pattern pattern = Pattern::kGrid;
   double max_depth = 9.21034037197618;    // cap of a voxel's optical depth: −ln(1e-4)
   int up = -1;                            // 0 x, 1 y, 2 z points up in the preview; −1: by the input's format
   int threads = 0;                        // 0: all

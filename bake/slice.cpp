@@ -95,7 +95,7 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
     any = true;
     for (const Crossing& c : list) touch(slice_of(bundle, c, count));
   });
-  if (!any) return;
+  if (!any && (place.cells.empty() || count != bundle.nw)) return;
   for (const Cell& cell : place.cells) {
     const int k = count == bundle.nw ? cell.k : static_cast<int>((cell.k + 0.5) * count / bundle.nw);
     touch(k);
@@ -133,7 +133,9 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
     from = to + 1;
     inside = scratch.inside_above[i];
     SliceScratch::Sum& sum = scratch.sums[static_cast<std::size_t>(to)];
-    const double alpha = sum.alpha / rays;
+    double alpha = sum.alpha / rays;
+    if (const std::int64_t voxel = scratch.voxel[static_cast<std::size_t>(to)]; voxel >= 0 && count == bundle.nw)
+      alpha = alpha > 0 ? std::min(1.0, alpha * static_cast<double>(place.gain[static_cast<std::size_t>(voxel)])) : static_cast<double>(place.missed[static_cast<std::size_t>(voxel)]);
     if (alpha > 0) {
       SliceRecords::Pixel p{at, -1, -1, -1, static_cast<float>(alpha)};
       V3f color(-1, -1, -1);

@@ -50,7 +50,9 @@ struct SliceBand {                    // what one band makes, in its own slot
   std::vector<Record> records;
   std::vector<SliceRecords::Run> runs;
 };
-struct SliceColumn { int column, row, count; std::span<const Cell> cells; };
+// Where slices are voxels thick they take the volume's opacity, so that both agree: `gain`, by border voxel, is it over the rays' plain
+// mean; `missed` is the opacity itself where no ray met the surface, 0 elsewhere.
+struct SliceColumn { int column, row, count; std::span<const Cell> cells; std::span<const float> gain, missed; };
 void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& at, const SliceShader& shade, SliceScratch& scratch, SliceBand& out);
 
 // Bands in order -> one stack's records.

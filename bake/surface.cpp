@@ -17,7 +17,7 @@ struct Facet {
   std::uint32_t triangle;
   V3d normal;          // turned, unit, voxel space = world directions
   V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
-  bool one_sided, sampled;
+  bool one_sided, sampled, closed;
   float coverage;      // where it is not sampled
   float uv_width;      // uv per world length
   V3f color;
@@ -29,6 +29,7 @@ struct Layer8 {
   std::vector<std::int32_t> slot;       // per (by, bx)
   std::vector<Cells> cells;
   std::vector<Moments> moments;
+  std::vector<Projected> projected;
   std::vector<V3d> color;
   std::vector<MaterialSums> material;
 };
@@ -53,6 +54,7 @@ struct Clipper {
     facet.g2 = cross.cross(b - a) / square;
     const std::uint32_t material = scene.mesh.materials[t];
     facet.one_sided = !plan.two_sided[material];
+    facet.closed = plan.winding[t] != 0;
     facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty()));
     facet.coverage = 1;
     facet.uv_width = plan.uv_width.empty() ? 0 : plan.uv_width[t];
@@ -95,6 +97,7 @@ struct Clipper {
     if (number < 0) {
       number = static_cast<std::int32_t>(layer.moments.size());
       layer.moments.emplace_back();
+      layer.projected.emplace_back();
       if (want.color) layer.color.emplace_back(0, 0, 0);
       if (want.material) layer.material.emplace_back();
     }
@@ -113,6 +116,13 @@ struct Clipper {
     sums.xy += w * n.x * n.y;
     sums.xz += w * n.x * n.z;
     sums.yz += w * n.y * n.z;
+    Projected& shadow = layer.projected[static_cast<std::size_t>(number)];
+    for (int a = 0; a < 3; ++a) {
+      const double across = std::abs(n[a]) * w;
+      shadow.crossings[a] += across;
+      shadow.stopping[a] += facet.closed ? std::max(0.0, -n[a]) * area : across;
+      if (facet.closed) shadow.outward[a] += n[a] * area;
+    }
     if (want.color) layer.color[static_cast<std::size_t>(number)] += V3d(s.color) * w;
     if (!want.material) return;
     const Material& material = scene.materials[scene.mesh.materials[facet.triangle]];
@@ -206,6 +216,7 @@ Surface join(std::vector<PackedLayer>& layers, const SurfaceWant& want) {
   }
   const auto count = static_cast<std::size_t>(surface.set.count);
   surface.moments.resize(count);
+  surface.projected.resize(count);
   if (want.color) surface.color.resize(count);
   if (want.material) surface.material.resize(count);
   tbb::parallel_for(std::size_t{0}, layers.size(), [&](std::size_t l) {
@@ -214,6 +225,7 @@ Surface join(std::vector<PackedLayer>& layers, const SurfaceWant& want) {
     for (const std::int32_t number : from.order) {
       const auto i = static_cast<std::size_t>(number);
       surface.moments[to] = from.layer.moments[i];
+      surface.projected[to] = from.layer.projected[i];
       if (want.color) surface.color[to] = from.layer.color[i];
       if (want.material) surface.material[to] = from.layer.material[i];
       ++to;
@@ -284,6 +296,7 @@ Surface coarser(const Surface& fine) {
         result.set.blocks.push_back(b);
       }
   result.moments.resize(static_cast<std::size_t>(result.set.count));
+  result.projected.resize(static_cast<std::size_t>(result.set.count));
   if (!fine.color.empty()) result.color.resize(static_cast<std::size_t>(result.set.count), V3d(0, 0, 0));
   if (!fine.material.empty()) result.material.resize(static_cast<std::size_t>(result.set.count));
   for (const Block& b : fine.set.blocks) {
@@ -292,6 +305,7 @@ Surface coarser(const Surface& fine) {
       const int px = (b.at.x & 1) * 4 + x / 2, py = (b.at.y & 1) * 4 + y / 2, pz = (b.at.z & 1) * 4 + z / 2;
       const auto to = static_cast<std::size_t>(parent.index(px, py, pz));
       result.moments[to] += fine.moments[static_cast<std::size_t>(index)];
+      result.projected[to] += fine.projected[static_cast<std::size_t>(index)];
       if (!fine.color.empty()) result.color[to] += fine.color[static_cast<std::size_t>(index)];
       if (!fine.material.empty()) result.material[to] += fine.material[static_cast<std::size_t>(index)];
     });

@@ -35,9 +35,22 @@ struct MaterialSums {
   }
 };
 
+// Projected areas of the surface in a voxel along x, y and z, level-0 voxel faces. Additive.
+struct Projected {
+  V3d crossings{0, 0, 0};   // Σ A|n|, after cut-outs: the mean number of crossings of a ray, times the face
+  V3d stopping{0, 0, 0};    // closed surface where a ray in +axis direction enters it, before cut-outs; open surface as above
+  V3d outward{0, 0, 0};     // Σ A n of closed surface, before cut-outs: what the inside loses from the near to the far wall
+
+  Projected& operator+=(const Projected& o) {
+    crossings += o.crossings; stopping += o.stopping; outward += o.outward;
+    return *this;
+  }
+};
+
 struct Surface {
   VoxelSet set;                         // voxels with surface in them
   std::vector<Moments> moments;         // per voxel of the set
+  std::vector<Projected> projected;     // likewise
   std::vector<V3d> color;               // likewise: Σ A·albedo, linear; empty where no colour is wanted
   std::vector<MaterialSums> material;   // likewise; empty where no material says more than a colour
 };

@@ -163,6 +163,26 @@ void sample_chain(const Chain& chain, const Use& use, V2f uv, float footprint, f
   if (f > 0 && l + 1 < chain.levels.size()) add_bilinear(chain.levels[l + 1], chain.channels, s, t, use.clamp, f, out);
 }
 
+// The last channel of sample_chain alone. A point (footprint 0) is one bilinear look-up in the finest level.
+float sample_last(const Chain& chain, const Use& use, V2f uv, float footprint) {
+  if (footprint > 0) {
+    float all[4];
+    sample_chain(chain, use, uv, footprint, all);
+    return all[chain.channels - 1];
+  }
+  const Level& level = chain.levels.front();
+  const float x = unit_coordinate(uv.x * use.scale.x + use.offset.x, use.clamp) * static_cast<float>(level.width) - 0.5f;
+  const float y = (1 - unit_coordinate(uv.y * use.scale.y + use.offset.y, use.clamp)) * static_cast<float>(level.height) - 0.5f;
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+  const auto n = static_cast<std::size_t>(chain.channels);
+  const auto texel = [&](int i, int j) {
+    const auto row = static_cast<std::size_t>(wrap(y0 + j, level.height, use.clamp)) * static_cast<std::size_t>(level.width);
+    return level.texels[(row + static_cast<std::size_t>(wrap(x0 + i, level.width, use.clamp))) * n + n - 1];
+  };
+  return (texel(0, 0) * (1 - fx) + texel(1, 0) * fx) * (1 - fy) + (texel(0, 1) * (1 - fx) + texel(1, 1) * fx) * fy;
+}
+
 }  // namespace
 
 struct TextureSet::Impl {
@@ -311,7 +331,14 @@ SurfaceSample TextureSet::sample(std::uint32_t material, V2f uv, float footprint
 
 float TextureSet::coverage(std::uint32_t material, V2f uv, float footprint) const {
   if (!has_cutouts(material)) return 1;
-  return sample(material, uv, footprint).coverage;
+  const MaterialUse& use = impl_->materials[material];
+  float result = 1;
+  if (use.color.chain >= 0) {
+    const Chain& chain = impl_->chains[static_cast<std::size_t>(use.color.chain)];
+    if (chain.channels != 3) result = sample_last(chain, use.color, uv, footprint);  // a mask alone, or the alpha of four channels
+  }
+  if (use.mask.chain >= 0) result *= sample_last(impl_->chains[static_cast<std::size_t>(use.mask.chain)], use.mask, uv, footprint);
+  return share(result);
 }
 
 V2f uv_at(const Mesh& mesh, std::uint32_t triangle, double b1, double b2) {

@@ -8,22 +8,10 @@
 #include <cmath>
 
 #include "bake/block_index.h"
+#include "bake/opacity.h"
 
 namespace texel {
 namespace {
-
-// Sums are integers, so that bands may add to the same voxel in any order.
-constexpr double kAlphaUnit = 0x1p24;
-constexpr double kLengthUnit = 0x1p32;
-
-struct Sums {                                // of one level
-  std::array<std::vector<std::uint64_t>, 3> alpha, crossings;
-  std::array<std::vector<std::uint64_t>, 3> solid;
-};
-
-void add(std::vector<std::uint64_t>& to, std::int64_t at, std::uint64_t value) {
-  if (value) std::atomic_ref<std::uint64_t>(to[static_cast<std::size_t>(at)]).fetch_add(value, std::memory_order_relaxed);
-}
 
 // Blocks of a set by the column (u, v) they stand in, in ascending w.
 struct BlockColumns {
@@ -63,12 +51,13 @@ struct LevelView {
   }
 };
 
-// Nearest integer of a value that is not negative.
-std::uint64_t round_up(double x) { return static_cast<std::uint64_t>(x + 0.5); }
-
 struct InsideRun { std::int32_t u, v, first, last; };  // voxels of a level-0 column that are wholly inside
 
-struct CellSum { std::uint64_t alpha, crossings, length; int inside_above; };
+struct CellSum {
+  RaySums rays;
+  double length = 0;                          // inside, over all rays; voxels of level 0
+  int inside_above = 0;                       // rays inside beyond the cell
+};
 
 struct Worker {                               // reused buffers of one thread
   Band band;
@@ -88,32 +77,30 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
     const int lo = cells[i].k << level, hi = lo + (1 << level);
     while (c != end && c->cell < lo) winding += (c++)->winding;
     CellSum& sum = sums[i];
-    bool stopped = winding != 0;
+    const int before = winding;
     if (c == end || c->cell >= hi) {
-      if (stopped) {
-        sum.alpha += static_cast<std::uint64_t>(kAlphaUnit);
-        sum.length += static_cast<std::uint64_t>(kLengthUnit);
-        ++sum.inside_above;
-      }
+      if (before == 0) continue;
+      sum.rays.add(1, 0, before);
+      sum.length += hi - lo;
+      ++sum.inside_above;
       continue;
     }
-    double open = 1, length = 0, from = lo, met = 0;
+    bool stopped = before != 0;
+    double open = 1, met = 0, from = lo;
     for (; c != end && c->cell < hi; ++c) {
-      if (winding != 0) length += c->w - from;
+      if (winding != 0) sum.length += std::max(0.0, c->w - from);
       from = c->w;
       winding += c->winding;
       stopped = stopped || winding != 0;
       open *= 1 - static_cast<double>(c->coverage);
-      met += static_cast<double>(c->coverage);
+      met += c->winding == 0 ? static_cast<double>(c->coverage) : c->winding > 0 ? 1 : 0;
     }
-    if (winding != 0) { length += hi - from; ++sum.inside_above; }
-    sum.alpha += round_up((stopped ? 1 : 1 - open) * kAlphaUnit);
-    sum.crossings += round_up(met * kAlphaUnit);
-    sum.length += round_up(std::clamp(length, 0.0, static_cast<double>(hi - lo)) * kLengthUnit);
+    if (winding != 0) { sum.length += std::max(0.0, hi - from); ++sum.inside_above; }
+    sum.rays.add(stopped ? 1 : 1 - open, met, before);
   }
 }
 
-// Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th column, staggered.
+// Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th ray, staggered.
 struct RayStep {
   int step;
   explicit RayStep(int level) : step(level <= 1 ? 1 : 1 << (level - 1)) {}
@@ -124,7 +111,11 @@ struct RayStep {
 struct Tracer {
   const Bundle& bundle;
   std::span<const LevelView> views;
-  std::vector<Sums>& sums;
+  std::vector<OpacitySums>& sums;             // of this axis, per level
+  VisibilityResult& result;
+  std::vector<double>& lengths;               // of this axis: inside length of all rays, per level-0 voxel
+  std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn
+  std::vector<float>& missed;
   int levels;                                 // how many of them are traced
   const VisibilityOptions& options;
   const SliceShader& shade;
@@ -193,24 +184,20 @@ struct Tracer {
     int rays = 0, inside_first = 0;
     for (std::int64_t row = std::int64_t{v0} * pattern.rows; row < std::int64_t{v1} * pattern.rows; ++row) {
       if (!step.row(row)) continue;
-      const std::size_t base = static_cast<std::size_t>(row - std::int64_t{band.v0} * pattern.rows) * static_cast<std::size_t>(bundle.nu);
-      for (int u = u0 + step.first_column(row); u < u1; u += step.step)
-        for (int j = 0; j < pattern.per_row; ++j) {
-          const auto list = ray(band, (base + static_cast<std::size_t>(u)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j));
-          ++rays;
-          if (list.empty()) continue;         // meets nothing anywhere: adds nothing
-          if (level == 0 && visible) add_visible(list, w.cells);
-          follow_ray(list.data(), list.data() + list.size(), w.cells, level, w.sums, runs ? &inside_first : nullptr);
-        }
+      const std::size_t base = static_cast<std::size_t>(row - std::int64_t{band.v0} * pattern.rows) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(pattern.per_row);
+      for (int u = u0 * pattern.per_row + step.first_column(row); u < u1 * pattern.per_row; u += step.step) {
+        const auto list = ray(band, base + static_cast<std::size_t>(u));
+        ++rays;
+        if (list.empty()) continue;           // meets nothing anywhere: adds nothing
+        if (level == 0 && visible) add_visible(list, w.cells);
+        follow_ray(list.data(), list.data() + list.size(), w.cells, level, w.sums, runs ? &inside_first : nullptr);
+      }
     }
-    Sums& to = sums[static_cast<std::size_t>(level)];
-    const auto axis = static_cast<std::size_t>(bundle.axis);
     for (std::size_t i = 0; i < w.cells.size(); ++i) {
-      add(to.alpha[axis], w.cells[i].index, w.sums[i].alpha);
-      if (level > 0) continue;                // these two are means: coarser levels take them from level 0
-      add(to.crossings[axis], w.cells[i].index, w.sums[i].crossings);
-      add(to.solid[axis], w.cells[i].index, w.sums[i].length);
+      sums[static_cast<std::size_t>(level)].add(w.cells[i].index, w.sums[i].rays);
+      if (level == 0) lengths[static_cast<std::size_t>(w.cells[i].index)] = w.sums[i].length;
     }
+    if (level == 0) finish_column(0, w.cells);  // all of a level-0 column's rays are in this band
     if (!runs) return;
     // Between border voxels all rays agree; half of them decides, should rounding make one differ.
     int from = 0, inside = inside_first;
@@ -223,21 +210,48 @@ struct Tracer {
     }
   }
 
+  // Opacity of a column's voxels, once all its rays have been followed. The inside share of each near wall adds up along the column.
+  void finish_column(int level, std::span<const Cell> cells) const {
+    const auto l = static_cast<std::size_t>(level), axis = static_cast<std::size_t>(bundle.axis);
+    const RayStep step(level);
+    const double face = std::pow(4.0, level), rays = bundle.pattern.rays() * face / (static_cast<double>(step.step) * step.step);
+    double inside = 0;
+    for (const Cell& cell : cells) {
+      const auto i = static_cast<std::size_t>(cell.index);
+      const Projected& p = views[l].surface->projected[i];
+      const RaySums met = sums[l].get(cell.index);
+      double sampled = 0;
+      double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
+      const double crossings = p.crossings[bundle.axis] / face;
+      if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0) alpha = std::min(alpha, crossings);  // no filled matter: only surface stops
+      inside -= p.outward[bundle.axis] / face;
+      Visibility& to = result.levels[l];
+      to.alpha[axis][i] = static_cast<float>(alpha);
+      if (level > 0) continue;
+      to.crossings[axis][i] = static_cast<float>(crossings);
+      gain[i] = sampled > 0 ? static_cast<float>(alpha / sampled) : 1.0f;
+      if (sampled > 0) continue;
+      const Surface& surface = *views[0].surface;
+      const double covered = surface.moments[i].covered;
+      const double clear = surface.material.empty() || !(covered > 0) ? 0 : surface.material[i].transparency / covered;
+      missed[i] = static_cast<float>(alpha * (1 - clear));
+    }
+  }
+
   // `runs` collects the inside runs, on one axis only.
   void band(Worker& w, int index, SliceBand* slices, std::vector<InsideRun>* runs) const {
     trace_band(bundle, index, w.band, w.trace);
     const auto axis = static_cast<std::size_t>(bundle.axis);
-    if (options.volume_axes[axis])
-      for (int level = 0; level < levels; ++level) {
-        const int c0 = w.band.v0 >> level, c1 = (w.band.v1 - 1) >> level, cu1 = (bundle.nu - 1) >> level;
-        for (int cv = c0; cv <= c1; ++cv)
-          for (int cu = 0; cu <= cu1; ++cu) level_column(w, level, cu, cv, level == 0 ? runs : nullptr);
-      }
+    for (int level = 0; level < levels; ++level) {
+      const int c0 = w.band.v0 >> level, c1 = (w.band.v1 - 1) >> level, cu1 = (bundle.nu - 1) >> level;
+      for (int cv = c0; cv <= c1; ++cv)
+        for (int cu = 0; cu <= cu1; ++cu) level_column(w, level, cu, cv, level == 0 ? runs : nullptr);
+    }
     if (slices)
       for (int v = w.band.v0; v < w.band.v1; ++v)
         for (int u = 0; u < bundle.nu; ++u) {
           views[0].cells(bundle.axes, u, v, w.cells);
-          slice_column(bundle, w.band, {u, v, options.slice_counts[axis], w.cells}, shade, w.slice, *slices);
+          slice_column(bundle, w.band, {u, v, options.slice_counts[axis], w.cells, gain, missed}, shade, w.slice, *slices);
         }
   }
 };
@@ -275,102 +289,108 @@ void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surfa
 
 }  // namespace
 
+namespace {
+
+// One axis: traces its bundle, leaves opacity in `result`, inside lengths in `lengths`, inside runs in `runs` (rays along z only).
+void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const VisibilityOptions& options, const SliceShader& shade, std::vector<double>& lengths,
+              std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, Report& report) {
+  const auto a = static_cast<std::size_t>(bundle.axis);
+  const bool volume = options.volume_axes[a];
+  // Slices take their opacity from level 0 too.
+  const int levels = volume && options.recompute ? static_cast<int>(surfaces.size()) : 1;
+  std::vector<LevelView> views;
+  std::vector<OpacitySums> sums(static_cast<std::size_t>(levels));
+  for (std::size_t l = 0; l < static_cast<std::size_t>(levels); ++l) {
+    const auto count = static_cast<std::size_t>(surfaces[l].set.count);
+    views.push_back({&surfaces[l], BlockColumns(surfaces[l].set, bundle.plan->grid.level(static_cast<int>(l)), bundle.axes)});
+    sums[l].voxels.assign(count, {});
+    result.levels[l].alpha[a].assign(count, 0);
+    if (l == 0) result.levels[l].crossings[a].assign(count, 0);
+  }
+  lengths.assign(static_cast<std::size_t>(surfaces[0].set.count), 0);
+  std::vector<float> gain(lengths.size(), 1.0f), missed(lengths.size(), 0.0f);
+  const bool collects = volume && bundle.axis == 2 && bundle.plan->fill;
+  if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
+  std::vector<SliceBand> slices(options.slice_axes[a] ? static_cast<std::size_t>(bundle.bands) : 0);
+
+  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
+  tbb::enumerable_thread_specific<Worker> workers;
+  std::atomic<std::int64_t> met{0};
+  std::atomic<int> done{0};
+  tbb::parallel_for(0, bundle.bands, [&](int b) {
+    Worker& w = workers.local();
+    const auto s = static_cast<std::size_t>(b);
+    Tracer own = tracer;  // it holds a buffer
+    own.band(w, b, slices.empty() ? nullptr : &slices[s], collects ? &runs[s] : nullptr);
+    met += static_cast<std::int64_t>(w.band.crossings.size());
+    if (report.progress) report.progress("crossings", (bundle.axis + static_cast<double>(++done) / bundle.bands) / 3);
+  });
+  for (int level = 1; level < levels; ++level)
+    tbb::parallel_for(0, ((bundle.nv - 1) >> level) + 1, [&](int v) {
+      std::vector<Cell> cells;
+      for (int u = 0; u <= (bundle.nu - 1) >> level; ++u) {
+        views[static_cast<std::size_t>(level)].cells(bundle.axes, u, v, cells);
+        tracer.finish_column(level, cells);
+      }
+    });
+  report.count("crossings along " + std::string(1, "xyz"[bundle.axis]), static_cast<double>(met.load()));
+  if (!slices.empty()) result.slices[a] = gather_slices(bundle, options.slice_counts[a], slices);
+}
+
+// Filled fraction of each border voxel; returns their sum.
+double fill_fractions(const Surface& surface, const std::array<std::vector<double>, 3>& lengths, double rays, Visibility& to) {
+  const auto count = static_cast<std::size_t>(surface.set.count);
+  to.solid.assign(count, 0);
+  double filled = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    // Chords along an axis are exact for surface that faces it, while surface beside the rays is met in whole sub-ray rows: each axis
+    // counts as much as the surface in the voxel faces it.
+    const Moments& m = surface.moments[i];
+    const double facing[3] = {m.xx, m.yy, m.zz};
+    double length = 0, weight = 0, plain = 0;
+    int axes = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (lengths[a].empty()) continue;
+      length += facing[a] * lengths[a][i];
+      weight += facing[a];
+      plain += lengths[a][i];
+      ++axes;
+    }
+    const double share = std::min(1.0, (weight > 0 ? length / weight : plain / std::max(1, axes)) / rays);
+    filled += share;
+    to.solid[i] = static_cast<float>(share);
+    // Without filled matter only surface stops a ray; what the near walls are exactly known to hold may be less than one ray.
+    if (!(share > 0))
+      for (std::size_t a = 0; a < 3; ++a)
+        if (!to.alpha[a].empty()) to.alpha[a][i] = std::min(to.alpha[a][i], to.crossings[a][i]);
+  }
+  return filled;
+}
+
+}  // namespace
+
 VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
                             const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, Report& report) {
   VisibilityResult result;
   result.levels.resize(surfaces.size());
-  std::vector<Sums> sums(surfaces.size());
-  const int traced = options.recompute ? static_cast<int>(surfaces.size()) : 1;
-  const bool any_volume = options.volume_axes[0] || options.volume_axes[1] || options.volume_axes[2];
-  std::vector<std::vector<InsideRun>> runs;
   if (options.visible_normals) {
     result.levels[0].visible.resize(static_cast<std::size_t>(surfaces[0].set.count));
     for (std::size_t i = 0; i < result.levels[0].visible.size(); ++i) result.levels[0].visible[i].area = surfaces[0].moments[i].area;
   }
-  double crossings = 0;
-  int axes_done = 0, volume_axes = 0;
-
+  std::vector<std::vector<InsideRun>> runs;
+  std::array<std::vector<double>, 3> lengths;
+  int rays = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const bool volume = options.volume_axes[a];
-    if (!volume && !options.slice_axes[a]) continue;
+    if (!options.volume_axes[a] && !options.slice_axes[a]) continue;
     const Bundle bundle = make_bundle(scene, plan, textures, recipe, axis);
-    std::vector<LevelView> views;
-    for (int l = 0; l < (volume ? traced : 1); ++l) {
-      const auto s = static_cast<std::size_t>(l);
-      views.push_back({&surfaces[s], BlockColumns(surfaces[s].set, plan.grid.level(l), bundle.axes)});
-      if (!volume) continue;
-      const auto count = static_cast<std::size_t>(surfaces[s].set.count);
-      sums[s].alpha[a].assign(count, 0);
-      if (l == 0) {
-        sums[s].crossings[a].assign(count, 0);
-        sums[s].solid[a].assign(count, 0);
-      }
-    }
-    volume_axes += volume;
-    const bool collects = volume && axis == 2 && plan.fill;
-    std::vector<SliceBand> slices(options.slice_axes[a] ? static_cast<std::size_t>(bundle.bands) : 0);
-    if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
-    const Tracer tracer{bundle, views, sums, traced, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
-    tbb::enumerable_thread_specific<Worker> workers;
-    std::atomic<std::int64_t> met{0};
-    std::atomic<int> done{0};
-    const bool wants_volume = volume;
-    tbb::parallel_for(0, bundle.bands, [&](int b) {
-      Worker& w = workers.local();
-      const auto s = static_cast<std::size_t>(b);
-      Tracer own = tracer;
-      own.levels = wants_volume ? traced : 0;
-      own.band(w, b, slices.empty() ? nullptr : &slices[s], collects ? &runs[s] : nullptr);
-      met += static_cast<std::int64_t>(w.band.crossings.size());
-      if (report.progress) report.progress("crossings", (axes_done + static_cast<double>(++done) / bundle.bands) / 3);
-    });
-    crossings += static_cast<double>(met.load());
-    ++axes_done;
-    if (!slices.empty()) result.slices[a] = gather_slices(bundle, options.slice_counts[a], slices);
+    rays = bundle.pattern.rays();
+    see_axis(bundle, surfaces, options, shade, lengths[a], runs, result, report);
   }
-  report.count("crossings", crossings);
-  if (!any_volume) return result;
-
-  // Integers to shares.
-  for (std::size_t l = 0; l < static_cast<std::size_t>(traced); ++l) {
-    const RayPattern pattern = make_pattern(recipe.pattern, recipe.samples);
-    const RayStep step(static_cast<int>(l));
-    Visibility& to = result.levels[l];
-    // Rays a voxel column of this level holds; columns cut by the box's end hold fewer, the missing ones meet nothing.
-    const double rays = static_cast<double>(pattern.rays()) * std::pow(4.0, static_cast<double>(l)) / (static_cast<double>(step.step) * step.step);
-    const auto count = static_cast<std::size_t>(surfaces[l].set.count);
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (sums[l].alpha[a].empty()) continue;
-      to.alpha[a].resize(count);
-      for (std::size_t i = 0; i < count; ++i) to.alpha[a][i] = static_cast<float>(static_cast<double>(sums[l].alpha[a][i]) / (kAlphaUnit * rays));
-      if (l > 0) continue;
-      to.crossings[a].resize(count);
-      for (std::size_t i = 0; i < count; ++i) to.crossings[a][i] = static_cast<float>(static_cast<double>(sums[l].crossings[a][i]) / (kAlphaUnit * rays));
-    }
-    if (l > 0) continue;
-    to.solid.assign(count, 0);
-    double filled = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      // Chords along an axis are exact for surface that faces it, while surface beside the rays is met in whole sub-ray rows: each axis
-      // counts as much as the surface in the voxel faces it.
-      const Moments& m = surfaces[0].moments[i];
-      const double facing[3] = {m.xx, m.yy, m.zz};
-      double length = 0, weight = 0, plain = 0;
-      for (std::size_t a = 0; a < 3; ++a) {
-        if (sums[0].solid[a].empty()) continue;
-        const auto of_axis = static_cast<double>(sums[0].solid[a][i]);
-        length += facing[a] * of_axis;
-        weight += facing[a];
-        plain += of_axis / volume_axes;
-      }
-      const double share = (weight > 0 ? length / weight : plain) / (kLengthUnit * rays);
-      filled += share;
-      to.solid[i] = static_cast<float>(share);
-    }
-    if (plan.fill) collect_inside(runs, surfaces[0], plan.grid, to);
-    result.volume = filled + static_cast<double>(to.inside_count);
-  }
+  if (rays == 0) return result;
+  const double filled = fill_fractions(surfaces[0], lengths, rays, result.levels[0]);
+  if (plan.fill && !runs.empty()) collect_inside(runs, surfaces[0], plan.grid, result.levels[0]);
+  result.volume = filled + static_cast<double>(result.levels[0].inside_count);
   return result;
 }
 

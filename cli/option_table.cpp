@@ -470,9 +470,9 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.recipe.prune; }, {0, 1}),
 
       // Accuracy
-      integer({.name = "samples", .metavar = "S", .group = kAccuracy, .commands = kBake,
-               .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column", .in_recipe = true},
-              [](auto& s) -> auto& { return s.recipe.samples; }, 1, 64),
+      integer({.name = "samples", .metavar = "S|auto", .group = kAccuracy, .commands = kBake,
+               .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column; auto: 4, or 6 where textures cut holes", .in_recipe = true},
+              [](auto& s) -> auto& { return s.recipe.samples; }, 1, 64, "auto", 0),
       number({.name = "max-error", .metavar = "E", .group = kAccuracy, .commands = kBake,
               .help = "choose the samples for this error of alpha; not in this version", .in_recipe = true, .shown_default = "none"},
              [](auto& s) -> auto& { return s.recipe.max_error; }, {0, 1, true, true}),
