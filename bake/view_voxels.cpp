@@ -329,9 +329,19 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
   lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
   if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
   lit.sheet = lit.alpha * sheet_share(voxel);
+  lit.full = lit.sheet * std::pow(lit.alpha, 4.0f);
   if (lit.solid > 0) {
     const V3f m = normal_.color(voxel, V3f(0.0f));
     lit.body = lit.alpha * std::min(m.dot(m), 1.0f);
+    if (const float length = m.length(); length > 0) {
+      float behind = lit.solid;
+      for (const float way : {1.0f, 2.0f}) {
+        V3i there = voxel;
+        for (int k = 0; k < 3; ++k) there[k] -= static_cast<int>(std::lround(m[k] / length * way));
+        behind = std::max(behind, static_cast<float>(unit_share(solid_.value(there, 0))));
+      }
+      lit.solid = std::max(lit.solid, lit.body * (1 - behind));
+    }
   }
   const float weight = std::max(lit.alpha, lit.solid);
   if (!surface || !(weight > 0)) return lit;
@@ -373,6 +383,7 @@ LitVoxel LitLevel::at(const V3d& p, int axis) const {
     layers[(axis == 0 ? dx : axis == 1 ? dy : dz)] += weight * voxel.alpha;
     sum.sheet += weight * voxel.sheet;
     sum.solid += weight * voxel.solid;
+    sum.full += weight * voxel.full;
     sum.body += weight * voxel.body;
     sum.known += weight * voxel.known;
     sum.light += voxel.light * weight;

@@ -37,7 +37,8 @@ class Field {
 struct LitVoxel {
   float alpha = 0;     // of the surfaces: opacity of one voxel edge along the line of sight; between voxels: the optical depth
   float sheet = 0;     // opacity · how far the surfaces are one open sheet, (|m|/A)² or as S tells
-  float solid = 0;     // filled share
+  float solid = 0;     // how much of it a solid hides: its filled share, or opacity where it is too thin to fill a voxel
+  float full = 0;      // sheet, where it leaves no hole in the voxel
   float body = 0;      // opacity · how far the surfaces bound a solid thicker than the voxel, (|m|/A)²; 0 without solid
   float known = 0;     // weight of `light`; 0: inside a solid, the ray's last colour goes on
   V3f light{0, 0, 0};  // light sent to the eye · known
