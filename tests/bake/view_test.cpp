@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
+#include "bake/bake.h"
 #include "bake/view.h"
 #include "formats/error.h"
 #include "tests/bake/made_scene.h"
@@ -80,6 +82,48 @@ TEST(Camera, FramesTheBox) {
   EXPECT_NEAR(x.eye.y, 3, 1e-9);
   EXPECT_LT(front.eye.y, 2);
   EXPECT_GT(top.eye.z, 31);
+}
+
+TEST(Camera, FillsThePicture) {
+  // Whatever axis is up, the box touches the border of 4 % on two opposite sides and reaches over none; wide pictures and high ones too.
+  const Box3d box(V3d(-1, 2, 30), V3d(5, 4, 31));
+  for (const int up : {0, 1, 2})
+    for (const double aspect : {0.5, 1.0, 2.0})
+      for (const double fov : {0.0, 30.0}) {
+        const Camera c = orbit_camera(box, -60, 20, fov, up, aspect);
+        const V3d f = (c.target - c.eye).normalized(), r = f.cross(c.up).normalized(), u = r.cross(f);
+        EXPECT_GT(c.up[up], 0.5);
+        V3d low(1e9), high(-1e9);
+        for (int k = 0; k < 8; ++k) {
+          const V3d v = V3d(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z) - c.eye;
+          const double limit = fov > 0 ? v.dot(f) * std::tan(fov * std::numbers::pi / 360) : c.height / 2;
+          const V3d place(v.dot(r) / (limit * aspect), v.dot(u) / limit, 0);
+          for (int i = 0; i < 2; ++i) {
+            low[i] = std::min(low[i], place[i]);
+            high[i] = std::max(high[i], place[i]);
+          }
+        }
+        const int tight = high.x > high.y ? 0 : 1;
+        EXPECT_NEAR(high[tight], 0.96, 1e-9);
+        EXPECT_NEAR(low[tight], -0.96, 1e-9);
+        EXPECT_LE(high[1 - tight], 0.96);
+        EXPECT_GE(low[1 - tight], -0.96);
+      }
+  // The front of a model whose +Y is up is its +Z, as in glTF.
+  const Camera front = orbit_camera(box, -90, 0, 30, 1);
+  EXPECT_NEAR(front.up.y, 1, 1e-12);
+  EXPECT_GT(front.eye.z, 31);
+}
+
+TEST(Camera, KnowsWhatIsUpByTheFormat) {
+  const auto of = [](const char* path) { return up_axis(-1, {{"a/b.c/skin.MTL", "", 0}, {path, "", 0}}); };
+  EXPECT_EQ(of("tree.OBJ"), 1);
+  EXPECT_EQ(of("scan.ply"), 1);
+  EXPECT_EQ(of("bunny.off"), 1);
+  EXPECT_EQ(of("part.stl"), 2);
+  EXPECT_EQ(of("a.obj/none"), 2);
+  EXPECT_EQ(up_axis(-1, {}), 2);
+  EXPECT_EQ(up_axis(0, {{"tree.obj", "", 0}}), 0);
 }
 
 TEST(Truth, SphereCoversItsDisc) {
@@ -421,6 +465,55 @@ TEST(View, SaysWhatIsMissing) {
   wrong.camera.eye.x = std::nan("");
   EXPECT_THROW((void)view_truth(empty, wrong, report), Error);
 }
+
+// Ratib's two opposite polygons (fig. 3.4), baked: what faces away from the light is not lit, whether they lie in one voxel or apart.
+struct Opposite {
+  const char* name;
+  double up_at, down_at;  // heights of the polygon that faces up and of the one that faces down, in voxels
+};
+
+class OppositePolygons : public testing::TestWithParam<Opposite> {};
+
+TEST_P(OppositePolygons, AreLitOnTheLightsSideOnly) {
+  constexpr double kVoxel = 1.0 / 16;
+  const auto [name, up_at, down_at] = GetParam();
+  Scene scene = empty_scene();
+  scene.materials[0].kd = V3f(0.5f, 0.5f, 0.5f);
+  add_quad(scene, V3d(-0.4, -0.4, up_at * kVoxel), V3d(0.8, 0, 0), V3d(0, 0.8, 0));
+  add_quad(scene, V3d(-0.4, -0.4, down_at * kVoxel), V3d(0, 0.8, 0), V3d(0.8, 0, 0));
+  Recipe recipe;
+  recipe.resolution = V3i(16, 0, 0);
+  recipe.box = Box3d(V3d(-0.5), V3d(0.5));
+  Report report;
+  const Pack pack = bake(scene, recipe, report);
+  ASSERT_GE(pack.levels.size(), 2u);
+  const bool outwards = up_at >= down_at;  // else each is seen from its back, with the other behind it
+  for (const bool lit_above : {true, false})
+    for (const bool seen_above : {true, false}) {
+      ViewOptions o;
+      o.camera = {V3d(0, 0, seen_above ? 10 : -10), V3d(0, 0, 0), V3d(0, 1, 0), 0, 0.2};  // well within the polygons
+      o.width = o.height = 8;
+      o.lights = {sun(V3d(0, 0, lit_above ? -1 : 1))};
+      const float lit = outwards && lit_above == seen_above ? 0.5f : 0.0f;
+      const Image truth = view_truth(scene, o, report);
+      o.level = 0;
+      const Image volume = view_volume(pack, o, report);
+      SCOPED_TRACE(std::string(lit_above ? "lit from above" : "lit from below") + (seen_above ? ", seen from above" : ", seen from below"));
+      // Truth: exact but for rounding. Volume: grids are halves, and S is rounded off by 5e-4, so that its normals spread by about
+      // sqrt(5e-4) = 0.022: the mean cosine is within that of 1, and what is stored as |m| within 5e-4 of 1.
+      for (int y = 2; y < 6; ++y)
+        for (int x = 2; x < 6; ++x) {
+          EXPECT_NEAR(truth.at(x, y)[0], lit, 1e-5);
+          EXPECT_NEAR(volume.at(x, y)[0], lit, 0.022 * 0.5);
+          EXPECT_NEAR(volume.at(x, y)[3], 1, 2e-3);  // opacity of a voxel is capped at 0.9999 and stored as a half
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Placed, OppositePolygons,
+                         testing::Values(Opposite{"InOneVoxel", 0.4, 0.4}, Opposite{"NearAWall", 0.9, 0.9}, Opposite{"Apart", 3.3, -2.6},
+                                         Opposite{"FacingEachOther", -2.6, 3.3}),
+                         [](const auto& suite) { return std::string(suite.param.name); });
 
 TEST(ContactSheet, HasATileForEachThingThereIs) {
   test::BallOptions ball;
