@@ -201,7 +201,7 @@ void spread_color(Image& image, int x0, int x1, int y0, int y1) {
     }
   std::vector<int> stack(static_cast<std::size_t>(w)), start(static_cast<std::size_t>(w));
   std::vector<int> source(static_cast<std::size_t>(w));
-  Image out = image;
+  // In place: only pixels without colour are written, and only those with one from the start are read.
   for (int y = 0; y < h; ++y) {
     bool needed = false;
     for (int x = 0; x < w && !needed; ++x) needed = !colored(x, y);
@@ -231,7 +231,7 @@ void spread_color(Image& image, int x0, int x1, int y0, int y1) {
       source[static_cast<std::size_t>(x)] = stack[static_cast<std::size_t>(q)];
     }
     for (int x = 0; x < w; ++x) {
-      float* p = out.at(x0 + x, y0 + y);
+      float* p = image.at(x0 + x, y0 + y);
       if (p[0] >= 0) continue;
       const int sx = source[static_cast<std::size_t>(x)];
       if (p[0] == kOutside && distance(x, sx) > kBleed * kBleed) continue;
@@ -239,58 +239,78 @@ void spread_color(Image& image, int x0, int x1, int y0, int y1) {
       std::copy(s, s + 3, p);
     }
   }
-  image = std::move(out);
 }
 
 }  // namespace
 
 Image slice_image(const SliceRecords& records, int k) {
+  const std::span<const SliceRecords::Pixel> pixels(records.pixels.data() + records.first[static_cast<std::size_t>(k)],
+                                                    records.pixels.data() + records.first[static_cast<std::size_t>(k) + 1]);
+  V3d mean(0, 0, 0);
+  double weight = 0;
+  bool uniform = true;
+  const SliceRecords::Pixel* first = nullptr;
+  for (const SliceRecords::Pixel& p : pixels) {
+    if (p.r < 0) continue;
+    if (!first) first = &p;
+    uniform = uniform && p.r == first->r && p.g == first->g && p.b == first->b;
+    const double a = static_cast<double>(p.a);
+    mean += V3d(static_cast<double>(p.r), static_cast<double>(p.g), static_cast<double>(p.b)) * a;
+    weight += a;
+  }
+  // A slice of one colour has it everywhere, exactly: nothing to spread.
+  if (weight > 0) mean = uniform ? V3d(static_cast<double>(first->r), static_cast<double>(first->g), static_cast<double>(first->b)) : mean / weight;
+
   Image image;
   image.width = records.width;
   image.height = records.height;
   image.channels = 4;
-  image.pixels.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4, 0);
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) image.pixels[i] = kOutside;
+  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4);
+  const float background[4] = {static_cast<float>(mean.x), static_cast<float>(mean.y), static_cast<float>(mean.z), 0};
+  for (std::size_t i = 0; i < image.pixels.size(); i += 4) std::copy(background, background + 4, image.pixels.begin() + static_cast<std::ptrdiff_t>(i));
+
   int x0 = image.width, x1 = 0, y0 = image.height, y1 = 0;
-  const auto place = [&](std::uint32_t at) {
-    const int x = static_cast<int>(at) % records.width, y = records.height - 1 - static_cast<int>(at) / records.width;
-    x0 = std::min(x0, x);
-    x1 = std::max(x1, x + 1);
-    y0 = std::min(y0, y);
-    y1 = std::max(y1, y + 1);
-    return image.at(x, y);
+  const auto pixel = [&](std::uint32_t at) { return std::pair(static_cast<int>(at) % records.width, records.height - 1 - static_cast<int>(at) / records.width); };
+  const auto reach = [&](std::uint32_t at) {
+    const auto [x, y] = pixel(at);
+    x0 = std::min(x0, x - kBleed);
+    x1 = std::max(x1, x + 1 + kBleed);
+    y0 = std::min(y0, y - kBleed);
+    y1 = std::max(y1, y + 1 + kBleed);
   };
-  V3d mean(0, 0, 0);
-  double weight = 0;
-  bool uniform = true;
-  V3f first(-1, -1, -1);
-  for (std::size_t i = records.first[static_cast<std::size_t>(k)]; i < records.first[static_cast<std::size_t>(k) + 1]; ++i) {
-    const SliceRecords::Pixel& pixel = records.pixels[i];
-    float* p = place(pixel.at);
-    p[0] = pixel.r >= 0 ? pixel.r : kNoColor;
-    p[1] = pixel.g;
-    p[2] = pixel.b;
-    p[3] = pixel.a;
-    if (pixel.r < 0) continue;
-    if (first.x < 0) first = V3f(pixel.r, pixel.g, pixel.b);
-    uniform = uniform && first == V3f(pixel.r, pixel.g, pixel.b);
-    const double a = static_cast<double>(pixel.a);
-    mean += V3d(static_cast<double>(pixel.r), static_cast<double>(pixel.g), static_cast<double>(pixel.b)) * a;
-    weight += a;
+  for (const SliceRecords::Pixel& p : pixels) reach(p.at);
+  for (const SliceRecords::Run& run : records.runs)
+    if (k >= run.first && k < run.last) reach(run.at);
+  x0 = std::max(0, x0);
+  y0 = std::max(0, y0);
+  x1 = std::min(image.width, x1);
+  y1 = std::min(image.height, y1);
+  const bool spread = weight > 0 && !uniform;
+  if (spread)
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) image.at(x, y)[0] = kOutside;
+
+  for (const SliceRecords::Pixel& source : pixels) {
+    const auto [x, y] = pixel(source.at);
+    float* p = image.at(x, y);
+    p[3] = source.a;
+    if (!spread) continue;
+    p[0] = source.r >= 0 ? source.r : kNoColor;
+    p[1] = source.g;
+    p[2] = source.b;
   }
   for (const SliceRecords::Run& run : records.runs) {
     if (k < run.first || k >= run.last) continue;
-    float* p = place(run.at);
-    p[0] = kNoColor;
+    const auto [x, y] = pixel(run.at);
+    float* p = image.at(x, y);
     p[3] = run.alpha;
+    if (spread) p[0] = kNoColor;
   }
-  // A slice of one colour has it everywhere, exactly: nothing to spread.
-  if (weight > 0) mean = uniform ? V3d(first) : mean / weight;
-  if (x1 > x0 && weight > 0 && !uniform)
-    spread_color(image, std::max(0, x0 - kBleed), std::min(image.width, x1 + kBleed), std::max(0, y0 - kBleed), std::min(image.height, y1 + kBleed));
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4)
-    if (image.pixels[i] < 0)
-      for (int c = 0; c < 3; ++c) image.pixels[i + static_cast<std::size_t>(c)] = static_cast<float>(mean[c]);
+  if (!spread) return image;
+  spread_color(image, x0, x1, y0, y1);
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x)
+      if (float* p = image.at(x, y); p[0] < 0) std::copy(background, background + 3, p);
   return image;
 }
 
