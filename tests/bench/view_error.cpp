@@ -1,7 +1,7 @@
 // How far the volume and the slices are from the geometry itself, seen from all around (docs/view.md).
 //
 //   view_error [--resolution N] [--size N] [--up x|y|z] [--picture FILE.png] INPUT...
-//   view_error --recede INPUT...
+//   view_error --recede [--no-shadows] INPUT...
 //
 // All inputs together are one model, baked in memory. --recede doubles the camera's distance step by step instead.
 #include <algorithm>
@@ -25,7 +25,7 @@ struct Task {
   std::vector<std::string> inputs;
   std::string picture;
   int resolution = 128, size = 256, up = -1;
-  bool recede = false;
+  bool recede = false, shadows = true;
 };
 
 struct Errors {
@@ -134,6 +134,7 @@ void recede(const Task& task, const Scene& scene, const Pack& pack, int up) {
     options.camera = near;
     options.camera.eye = near.target + (near.eye - near.target) * far;
     options.width = options.height = task.size;
+    options.shadows = task.shadows;
     options.samples = 64;  // the object soon is a few pixels wide
     const Seen volume = seen(view_volume(pack, options, report), far * far), truth = seen(view_truth(scene, options, report), far * far);
     if (step == 0) {
@@ -159,6 +160,7 @@ Task parse(int count, char** words) {
     const std::string_view word = words[i];
     const bool more = i + 1 < count;
     if (word == "--recede") task.recede = true;
+    else if (word == "--no-shadows") task.shadows = false;
     else if (word == "--picture" && more) task.picture = words[++i];
     else if (word == "--resolution" && more) task.resolution = number(words[++i], 4, 1024);
     else if (word == "--size" && more) task.size = number(words[++i], 16, 2048);
