@@ -61,31 +61,31 @@ Camera frame_points(std::span<const V3d> points, double azimuth, double elevatio
   double radius = std::max({half.x, half.y, half.z}) * std::sqrt(half.length2() > 0 ? 3.0 : 1.0);
   if (!(radius > 0) || !std::isfinite(radius)) radius = 1;
 
-  // A point r to the right of the target and f nearer is in the picture from distance D when |r − shift| <= (D − f)·k. Both sides'
-  // tightest points give the least D and the shift at once.
+  // In units of the radius. A point r to the right of the middle and f nearer is in the picture from distance D when
+  // |r − shift| <= (D − f)·k. Both sides' tightest points give the least D and the shift at once.
   const bool perspective = camera.fov > 0;
   const double slope = perspective ? std::tan(camera.fov / 2 * kDegree) * (1 - kBorder) : 0;
-  double shift[2] = {0, 0}, need = 0, nearest = -radius;
+  double shift[2] = {0, 0}, need = 0, nearest = -1;
   for (int k = 0; k < 2; ++k) {
     const V3d& across = k == 0 ? right : camera.up;
     const double stretch = k == 0 ? aspect : 1;
     double most = -1e300, least = -1e300;
     for (const V3d& p : points) {
       if (!finite(p)) continue;
-      const V3d v = p - middle;
+      const V3d v = (p - middle) / radius;
       const double r = v.dot(across), f = v.dot(towards);
       nearest = std::max(nearest, f);
       most = std::max(most, perspective ? r / (slope * stretch) + f : r);
       least = std::max(least, perspective ? -r / (slope * stretch) + f : -r);
     }
-    if (!(most > -1e300)) most = least = radius;
+    if (!(most > -1e300)) most = least = 1;
     shift[k] = (most - least) / 2 * (perspective ? slope * stretch : 1);
     need = std::max(need, (most + least) / 2 / (perspective ? 1 : stretch));
   }
-  camera.target = middle + right * shift[0] + camera.up * shift[1];
+  camera.target = middle + (right * shift[0] + camera.up * shift[1]) * radius;
   // Never nearer than the nearest point: what is flat and seen edge-on needs no width.
-  camera.height = need > 0 ? 2 * need / (1 - kBorder) : 2 * radius;
-  camera.eye = camera.target + towards * (perspective ? std::max(need, nearest + 0.1 * radius) : 2 * radius + nearest);
+  camera.height = (need > 0 ? 2 * need / (1 - kBorder) : 2) * radius;
+  camera.eye = camera.target + towards * ((perspective ? std::max(need, nearest + 0.1) : 2 + nearest) * radius);
   return camera;
 }
 
