@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "bake/bake.h"
@@ -69,13 +70,29 @@ Grid make_grid(const Box3d& bounds, const Recipe& recipe) {
 // Each component's place among the others: an inside-out component is a cavity only where it lies wholly within
 // another closed component of opposite sense; all other inside-out ones are turned.
 
-bool point_inside(const V3d& p, const Topology& topology, std::uint32_t component, std::span<const V3d> points,
-                  std::span<const std::array<std::uint32_t, 3>> triangles) {
+// Triangles by component, ascending.
+struct Members {
+  std::vector<std::size_t> first;
+  std::vector<std::uint32_t> triangles;
+
+  explicit Members(const Topology& topology) : first(topology.components.size() + 1, 0) {
+    for (const std::uint32_t c : topology.component)
+      if (c != kNoIndex) ++first[c + 1];
+    for (std::size_t c = 1; c < first.size(); ++c) first[c] += first[c - 1];
+    triangles.resize(first.back());
+    std::vector<std::size_t> at(first.begin(), first.end() - 1);
+    for (std::uint32_t t = 0; t < topology.component.size(); ++t)
+      if (const std::uint32_t c = topology.component[t]; c != kNoIndex) triangles[at[c]++] = t;
+  }
+  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t c) const { return {triangles.data() + first[c], triangles.data() + first[c + 1]}; }
+};
+
+bool point_inside(const V3d& p, const Topology& topology, std::span<const std::uint32_t> component, const Plan& plan, const Mesh& mesh) {
   // Winding number by solid angles (Van Oosterom & Strackee 1983): no ray, so no degenerate direction.
   double angle = 0;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    if (topology.component[t] != component) continue;
-    const V3d a = points[triangles[t][0]] - p, b = points[triangles[t][1]] - p, c = points[triangles[t][2]] - p;
+  for (const std::uint32_t t : component) {
+    const auto& corner = mesh.triangles[t];
+    const V3d a = plan.points[corner[0]] - p, b = plan.points[corner[1]] - p, c = plan.points[corner[2]] - p;
     const double la = a.length(), lb = b.length(), lc = c.length();
     const double numerator = a.dot(b.cross(c));
     const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
@@ -91,21 +108,31 @@ void turn_inside_out(const Mesh& mesh, Plan& plan, const Topology& topology, con
     if (topology.component[t] != kNoIndex)
       for (const std::uint32_t v : mesh.triangles[t]) boxes[topology.component[t]].extendBy(plan.points[v]);
 
-  std::vector<std::int8_t> sense(parts.size(), 1);
+  // Outermost components face outwards. One that lies in another keeps its sense relative to it: opposite, it is a cavity (or matter in
+  // a cavity). Where no component is inside out there is nothing to find.
+  bool any_negative = false;
+  for (std::uint32_t c = 0; c < parts.size(); ++c) any_negative = any_negative || (takes_part[c] && parts[c].volume < 0);
+  std::vector<std::uint32_t> container(parts.size(), kNoIndex), order;
+  for (std::uint32_t c = 0; c < parts.size(); ++c)
+    if (takes_part[c] && any_negative) order.push_back(c);
+  const auto size = [&](std::uint32_t c) { return std::abs(parts[c].volume); };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return size(a) != size(b) ? size(a) > size(b) : a < b; });
+  const Members members(topology);
+  std::vector<std::int8_t> sense(parts.size(), 1);  // what each is multiplied by
   std::int64_t turned = 0, cavities = 0;
-  for (std::uint32_t c = 0; c < parts.size(); ++c) {
-    if (!takes_part[c] || parts[c].volume >= 0) continue;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::uint32_t c = order[i];
     const V3d probe = plan.points[mesh.triangles[parts[c].first][0]];
-    bool cavity = false;
-    for (std::uint32_t o = 0; o < parts.size() && !cavity; ++o) {
-      if (o == c || !takes_part[o] || parts[o].volume <= 0) continue;
+    for (std::size_t j = i; j-- > 0 && container[c] == kNoIndex;) {  // the smallest that holds it
+      const std::uint32_t o = order[j];
       const bool within = boxes[o].min.x <= boxes[c].min.x && boxes[o].min.y <= boxes[c].min.y && boxes[o].min.z <= boxes[c].min.z &&
                           boxes[o].max.x >= boxes[c].max.x && boxes[o].max.y >= boxes[c].max.y && boxes[o].max.z >= boxes[c].max.z;
-      cavity = within && point_inside(probe, topology, o, plan.points, mesh.triangles);
+      if (within && point_inside(probe, topology, members.of(o), plan, mesh)) container[c] = o;
     }
-    if (cavity) { ++cavities; continue; }
-    sense[c] = -1;
-    ++turned;
+    if (const std::uint32_t o = container[c]; o != kNoIndex) sense[c] = sense[o];
+    else sense[c] = parts[c].volume < 0 ? -1 : 1;
+    turned += sense[c] < 0;
+    cavities += sense[c] * parts[c].volume < 0;
   }
   if (turned > 0) report.issue("mesh-inside-out", "closed components are inside out; their faces were turned", turned);
   report.count("cavities", static_cast<double>(cavities));

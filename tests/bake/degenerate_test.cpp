@@ -225,7 +225,7 @@ TEST(Degenerate, RecipesThatCannotBe) {
   Scene s = empty_scene();
   add_box(s, V3d(0), V3d(1));
   Recipe recipe = everything(8);
-  recipe.samples = 0;
+  recipe.samples = -1;
   EXPECT_THROW((void)bake_quietly(s, recipe), Error);
   recipe.samples = 65;
   EXPECT_THROW((void)bake_quietly(s, recipe), Error);

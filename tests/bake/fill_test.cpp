@@ -99,13 +99,14 @@ TEST(Fill, InsideOutOuterIsTurned) {
     EXPECT_GT(V3d(normal.at3(v)).dot(from), 0);
   });
 }
-TEST(Fill, BothInsideOut) {  // a shell, turned as a whole: the outer is turned, the inner then lies within it with the outer's new sense
+TEST(Fill, BothInsideOut) {  // a hollow ball, turned as a whole: turned back as a whole, it is hollow still
   Scene s = empty_scene();
   add_ball_at(s, V3d(0), 1, 24, true);
   add_ball_at(s, V3d(0), 0.5, 16, false);
   const Pack pack = bake_quietly(s, fill_recipe(32));
   EXPECT_TRUE(has_issue(pack, "mesh-inside-out"));
-  EXPECT_EQ(solid_at(pack, V3d(0)), 1);  // same-sense ball within a solid: full
+  EXPECT_EQ(solid_at(pack, V3d(0)), 0);
+  EXPECT_EQ(solid_at(pack, V3d(0.75, 0, 0)), 1);
 }
 TEST(Fill, TouchingCubesShareAFace) {
   for (const bool welded : {false, true}) {
