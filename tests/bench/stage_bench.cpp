@@ -9,10 +9,10 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 #include <sstream>
 
 #include "bake/bake.h"
-#include "bake/block_index.h"
 #include "bake/color.h"
 #include "bake/levels.h"
 #include "bake/plan.h"
@@ -31,8 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kTruthSamples = 32;
-constexpr int kTruthBlocks = 8;  // edge, in blocks, of the box in the scene's middle that the truth is traced for
+constexpr int kTruthSamples = 16;  // rms error about 0.0006 to 0.003 (docs/accuracy.md), a quarter to a tenth of what is judged by it
 
 struct Settings {
   std::vector<int> resolutions{256};
@@ -79,8 +78,7 @@ struct Prepared {
   VisibilityOptions options;
   VisibilityResult seen;
   Pack pack;
-  std::optional<Pack> truth;                   // alpha about the middle block
-  V3i truth_block{0, 0, 0};
+  std::optional<VisibilityResult> truth;       // of level 0, by many rays
 };
 
 SliceShader plain_shader(const Prepared& p) {
@@ -119,6 +117,7 @@ std::unique_ptr<Prepared> prepare(const std::string& path, int resolution) {
   p->recipe.want.preview = false;
   p->scene = read_scene(path, p->report);
   p->textures = std::make_unique<TextureSet>(p->scene, TextureSet::Need::kColor, p->report);
+  if (p->recipe.samples == 0) p->recipe.samples = p->textures->any_cutouts() ? 6 : 4;  // as bake() chooses
   p->plan = planned(*p, p->report);
   p->surfaces.push_back(clip_surface(p->scene, p->plan, *p->textures, {.color = true, .material = false}, p->report));
   int levels = 1;
@@ -177,47 +176,25 @@ double area_error(const Surface& surface, const Plan& plan) {
   return area * plan.grid.h * plan.grid.h / plan.statistics.area - 1;
 }
 
-// The scene's middle, traced with many rays: the error of `seen` there.
+// Error of level 0 against many rays, made once, outside the timing.
 double alpha_rms(Prepared& p, const VisibilityResult& seen) {
-  const std::vector<Block>& blocks = p.surfaces[0].set.blocks;
-  const V3i counts((p.plan.grid.n.x + 7) / 8, (p.plan.grid.n.y + 7) / 8, (p.plan.grid.n.z + 7) / 8);
   if (!p.truth) {
-    const V3i middle = blocks[blocks.size() / 2].at;
-    V3i last;
-    for (int k = 0; k < 3; ++k) {
-      p.truth_block[k] = std::max(0, middle[k] - kTruthBlocks / 2);
-      last[k] = std::min(counts[k], p.truth_block[k] + kTruthBlocks);
-    }
     Recipe recipe = p.recipe;
-    recipe.want = {.slices = false, .density = false, .color = false, .ndf = false, .visibility = true, .material = false, .normal = false, .levels = false, .preview = false};
     recipe.samples = kTruthSamples;
     recipe.pattern = Pattern::kGrid;
-    recipe.voxel_size = p.plan.grid.h;
-    recipe.box = Box3d(p.plan.grid.to_world(V3d(p.truth_block * 8)), p.plan.grid.to_world(V3d(last * 8)));
+    VisibilityOptions options = p.options;
+    options.slice_axes = {false, false, false};
+    options.recompute = false;
     Report report;
-    p.truth = bake(p.scene, recipe, report);
+    p.truth = see_voxels(p.scene, p.plan, *p.textures, std::span(p.surfaces).first(1), recipe, options, plain_shader(p), report);
   }
-  const Layer* layer = nullptr;
-  const Channel* truth = p.truth->levels[0].find("alpha", &layer);
-  const BlockIndex index(p.surfaces[0].set, p.plan.grid.n);
   double square = 0;
-  std::int64_t values = 0;
-  for (const Block& there : layer->set.blocks) {
-    const std::int32_t place = index(there.at + p.truth_block);
-    if (place < 0) continue;
-    const Block& here = blocks[static_cast<std::size_t>(place)];
-    for (int i = 0; i < 512; ++i) {
-      const V3i at(i >> 6, i >> 3 & 7, i & 7);
-      if (!there.has(at.x, at.y, at.z) || !here.has(at.x, at.y, at.z)) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float exact = truth->values[static_cast<std::size_t>(there.index(at.x, at.y, at.z)) * 3 + axis];
-        const double e = static_cast<double>(seen.levels[0].alpha[axis][static_cast<std::size_t>(here.index(at.x, at.y, at.z))] - exact);
-        square += e * e;
-        ++values;
-      }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t i = 0; i < seen.levels[0].alpha[axis].size(); ++i) {
+      const double e = static_cast<double>(seen.levels[0].alpha[axis][i] - p.truth->levels[0].alpha[axis][i]);
+      square += e * e;
     }
-  }
-  return values ? std::sqrt(square / static_cast<double>(values)) : std::nan("");
+  return std::sqrt(square / (3 * static_cast<double>(p.surfaces[0].set.count)));
 }
 
 void bench_read(benchmark::State& state, const Prepared& p) {
@@ -278,11 +255,12 @@ void bench_rays(benchmark::State& state, Prepared& p, Trace what) {
   VisibilityResult seen;
   for (auto _ : state) {
     Report report;
+    crossings = 0;
     seen = see_voxels(p.scene, p.plan, *p.textures, p.surfaces, p.recipe, options, shader, report);
     for (std::size_t l = 1; what == Trace::kFilter && l < p.surfaces.size(); ++l)
       filter_visibility(p.surfaces[l - 1], seen.levels[l - 1], p.surfaces[l], p.plan.grid.level(static_cast<int>(l)).n, true, seen.levels[l]);
     for (const auto& [name, value] : report.counts)
-      if (name == "crossings") crossings = value;
+      if (name.starts_with("crossings")) crossings += value;
   }
   rate(state, "crossings/s", crossings);
   voxel_rate(state, p);
