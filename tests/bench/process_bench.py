@@ -11,7 +11,6 @@ import json
 import math
 import os
 import platform
-import shutil
 import statistics
 import subprocess
 import sys
@@ -101,13 +100,16 @@ class Bench:
     def bake(self, name, source, resolution, want, target=None, memory_target=None):
         if source is None:
             return None
-        pack, report = os.path.join(self.work, "bench.texel"), os.path.join(self.work, "report.json")
-        command = [self.options.texel, "bake", source, "-o", pack, "-r", str(resolution), "--want", want, "--force", "--report", report]
-        if self.options.threads:
-            command += ["--threads", str(self.options.threads)]
-        runs = [run(command) for _ in range(self.options.repeat)]
+        report = os.path.join(self.work, "report.json")
+        runs = []
+        for i in range(self.options.repeat):
+            # A new place each time, nothing removed before the end: ext4 is slow at making files just after many were deleted.
+            pack = os.path.join(self.work, f"{len(self.rows)}_{i}.texel")
+            command = [self.options.texel, "bake", source, "-o", pack, "-r", str(resolution), "--want", want, "--report", report]
+            if self.options.threads:
+                command += ["--threads", str(self.options.threads)]
+            runs.append(run(command))
         size = folder_bytes(pack)
-        shutil.rmtree(pack)
         with open(report, encoding="utf-8") as file:
             details = json.load(file)
         return self.add(name, runs, size, details, target, memory_target)
