@@ -126,6 +126,35 @@ class ByteEncoder {
   float bounds_[255]{};
 };
 
+// The number of channels is a constant, so that comparing and copying a pixel take an instruction or two.
+template <std::size_t kChannels>
+void encode_pixels(const std::vector<float>& from, std::vector<std::uint8_t>& to) {
+  static const ByteEncoder encoder;
+  constexpr std::size_t kColors = kChannels % 2 == 0 ? kChannels - 1 : kChannels;
+  for (std::size_t i = 0; i < to.size(); i += kChannels) {
+    const float* pixel = from.data() + i;
+    std::uint8_t* out = to.data() + i;
+    // Most of a slice is one colour: a pixel like the last one has its bytes.
+    if (i > 0 && std::memcmp(pixel, pixel - kChannels, kChannels * sizeof(float)) == 0) {
+      std::memcpy(out, out - kChannels, kChannels);
+      continue;
+    }
+    for (std::size_t c = 0; c < kColors; ++c) out[c] = encoder.color(pixel[c]);
+    if constexpr (kColors < kChannels) out[kColors] = ByteEncoder::alpha(pixel[kColors]);
+  }
+}
+
+std::vector<std::uint8_t> encoded(const Image& image) {
+  std::vector<std::uint8_t> bytes(image.pixels.size());
+  switch (image.channels) {
+    case 1: encode_pixels<1>(image.pixels, bytes); break;
+    case 2: encode_pixels<2>(image.pixels, bytes); break;
+    case 3: encode_pixels<3>(image.pixels, bytes); break;
+    default: encode_pixels<4>(image.pixels, bytes);
+  }
+  return bytes;
+}
+
 }  // namespace
 
 float srgb_to_linear(float encoded) {
@@ -154,21 +183,9 @@ Image read_image(const std::string& path, bool raw) {
 
 void write_png(const Image& image, const std::string& path) {
   check_shape(image, path);
-  static const ByteEncoder encoder;
   const auto channels = static_cast<std::size_t>(image.channels);
-  const std::size_t colors = image.has_alpha() ? channels - 1 : channels;
   const std::size_t row = static_cast<std::size_t>(image.width) * channels;
-  std::vector<std::uint8_t> bytes(image.pixels.size());
-  for (std::size_t i = 0; i < bytes.size(); i += channels) {
-    const float* from = image.pixels.data() + i;
-    // Most of a slice is one colour: a pixel like the last one has its bytes.
-    if (i > 0 && std::memcmp(from, from - channels, channels * sizeof(float)) == 0) {
-      std::memcpy(bytes.data() + i, bytes.data() + i - channels, channels);
-      continue;
-    }
-    for (std::size_t c = 0; c < colors; ++c) bytes[i + c] = encoder.color(from[c]);
-    if (colors < channels) bytes[i + colors] = ByteEncoder::alpha(from[colors]);
-  }
+  std::vector<std::uint8_t> bytes = encoded(image);
   std::vector<png_bytep> rows;
   for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y) rows.push_back(bytes.data() + y * row);
   File file(path);
