@@ -26,18 +26,21 @@ void split(const Polygon& p, int axis, double wall, Polygon& below, Polygon& abo
   }
 }
 
-double polygon_area(const Polygon& p, const V3d& normal) {
+double polygon_area(const Polygon& p, const V3d& normal, double* height) {
   int axis = 0;
   if (std::abs(normal.y) > std::abs(normal[axis])) axis = 1;
   if (std::abs(normal.z) > std::abs(normal[axis])) axis = 2;
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  double twice = 0;
+  double twice = 0, above = 0;
   const V3d& o = p.v[0];
   for (int i = 1; i + 1 < p.n; ++i) {
     const V3d& a = p.v[static_cast<std::size_t>(i)];
     const V3d& b = p.v[static_cast<std::size_t>(i + 1)];
-    twice += (a[u] - o[u]) * (b[v] - o[v]) - (a[v] - o[v]) * (b[u] - o[u]);
+    const double part = (a[u] - o[u]) * (b[v] - o[v]) - (a[v] - o[v]) * (b[u] - o[u]);
+    twice += part;
+    above += part * ((a.z - o.z) + (b.z - o.z)) / 3;
   }
+  if (height) *height = o.z + (twice != 0 ? above / twice : 0);
   return std::abs(twice / (2 * normal[axis]));
 }
 

@@ -15,8 +15,8 @@ struct Polygon {
   void add(const V3d& p) { if (n < kMax) v[static_cast<std::size_t>(n++)] = p; }
 };
 
-// Cells [first, last] along one axis that an extent [lo, hi] meets. An extent lying in a wall belongs to the cell behind it: below the
-// wall where the normal points up. Otherwise an extent that only touches a wall does not enter the cell beyond.
+// Cells [first, last] along one axis that an extent [lo, hi] meets. An extent lying in a wall belongs to the cell below it where `normal`
+// points up, else to the one above. Otherwise an extent that only touches a wall does not enter the cell beyond.
 struct CellRange { int first, last; };
 [[nodiscard]] inline CellRange cell_range(double lo, double hi, double normal) {
   const int first = static_cast<int>(std::floor(lo));
@@ -27,8 +27,8 @@ struct CellRange { int first, last; };
 // Parts of `p` at or below and at or above the plane x[axis] = wall. Cut corners are the same, bit for bit, in both parts.
 void split(const Polygon& p, int axis, double wall, Polygon& below, Polygon& above);
 
-// Calls emit(k, part) for the part of `p` in each cell k of [lo, hi) along `axis`, in ascending order. `normal`: the turned normal's
-// component along the axis, which decides where a polygon lying in a wall goes.
+// Calls emit(k, part) for the part of `p` in each cell k of [lo, hi) along `axis`, in ascending order. `normal`: which way is
+// out of the cell that a polygon lying in a wall belongs to.
 template <class Emit>
 void split_cells(const Polygon& p, int axis, double normal, int lo, int hi, Emit&& emit) {
   double low = p.v[0][axis], high = low;
@@ -61,6 +61,7 @@ void split_cells(const Polygon& p, int axis, double normal, int lo, int hi, Emit
 }
 
 // Area of a polygon whose plane has the unit normal `normal`, from its shadow along the normal's longest component.
-[[nodiscard]] double polygon_area(const Polygon& p, const V3d& normal);
+// `height`, when not null, receives the mean z over the area.
+[[nodiscard]] double polygon_area(const Polygon& p, const V3d& normal, double* height = nullptr);
 
 }  // namespace texel

@@ -217,7 +217,7 @@ struct Rasteriser {
     Crossing c;
     c.w = std::clamp(s.w0 + b1 * s.d1 + b2 * s.d2, s.low, s.high);
     const double wall = std::floor(std::clamp(c.w, -2.0, bundle.nw + 2.0));
-    c.cell = static_cast<std::int32_t>(wall) - (s.up && c.w == wall ? 1 : 0);
+    c.cell = static_cast<std::int32_t>(wall) - (s.up == (s.winding != 0) && c.w == wall ? 1 : 0);
     c.triangle = s.triangle;
     c.enters = s.enters;
     c.winding = s.winding;

@@ -29,7 +29,7 @@ struct BundleAxes { int u, v, w; };
 
 struct Crossing {
   double w;                     // depth, voxel space
-  std::int32_t cell;            // voxel along w; surface in a wall belongs to the cell behind it; may lie outside [0, n)
+  std::int32_t cell;            // voxel along w; surface in a wall: see docs/architecture.md; may lie outside [0, n)
   std::uint32_t triangle;
   float coverage;               // of the sub-ray's footprint, after cut-outs
   std::int8_t enters;           // +1 the ray enters through the turned front, −1 it leaves through it

@@ -34,8 +34,8 @@ double estimate_opacity(const RaySums& sums, double rays, const ExactMeans& exac
   const double at = sums.at / rays - a * t, al = sums.al / rays - a * l;
   // Prior slopes: each piece of surface stops its own ray, unless the rays have seen several on one.
   const double prior_t = t <= a - l + 1e-9 ? 1 : 0;
-  // The near wall's share is known where matter does not overlap (winding 0 or 1 on every ray) and what lies before adds up.
-  const bool wall_known = std::abs(sums.w - sums.l) < 1e-6 * rays && exact.near_inside > -1e-6 && exact.near_inside < 1 + 1e-6;
+  // The near wall's share is known where matter does not overlap .
+  const bool wall_known = sums.w == 0 && exact.near_inside > -1e-6 && exact.near_inside < 1 + 1e-6;
   double slope_t = 0, slope_l = 0;
   if (wall_known) {
     const double m_tt = tt + kShrink, m_ll = ll + kShrink, determinant = m_tt * m_ll - tl * tl;

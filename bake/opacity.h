@@ -8,15 +8,15 @@
 
 namespace texel {
 
-// Of each ray through a voxel: a, the share of it that is stopped; l, 1 where it is inside matter already at the voxel's near wall, w its
-// winding number there; t, how much surface it meets that could stop it: open surface by its coverage, closed surface where it enters.
-// Sums over rays. The means of t and w over *all* rays are known exactly from the clipped surface, which is what makes a few rays enough.
+// Of each ray through a voxel: a, the share of it that is stopped; l, 1 where it is inside matter already at the voxel's near wall; w, 1 where its
+// winding number in the voxel is ever other than 0 or 1 (matter overlaps); t, how much surface it meets that could stop it: open surface by its coverage, closed surface where it enters.
+// Sums over rays. The mean of t over *all* rays, and without overlap that of l, are known exactly from the clipped surface, which is what makes a few rays enough.
 struct RaySums {
   double a = 0, t = 0, l = 0, w = 0, tt = 0, tl = 0, at = 0, al = 0;
 
-  void add(double stopped, double met, int winding) {
-    const double inside = winding != 0 ? 1 : 0;
-    a += stopped; t += met; l += inside; w += winding;
+  void add(double stopped, double met, bool inside_before, bool overlap) {
+    const double inside = inside_before ? 1 : 0;
+    a += stopped; t += met; l += inside; w += overlap ? 1 : 0;
     tt += met * met; tl += met * inside; at += stopped * met; al += stopped * inside;
   }
 };

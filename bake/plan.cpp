@@ -13,6 +13,7 @@ namespace texel {
 namespace {
 
 constexpr int kMaxVoxels = 4096;           // per axis: fixed-point products stay below 2⁶² (crossings.cpp)
+constexpr double kFlat = 1e-13;            // of a component's cubed extent: above the rounding of a volume, below any slab worth a fill
 constexpr double kWallSnap = 0x1p-30;      // voxels; far above double rounding at 4096 voxels, far below any feature
 
 Box3d used_bounds(const Mesh& mesh) {
@@ -101,13 +102,8 @@ bool point_inside(const V3d& p, const Topology& topology, std::span<const std::u
   return std::abs(angle) > 2 * M_PI;  // half of the full 4π: robust to points near the surface
 }
 
-void turn_inside_out(const Mesh& mesh, Plan& plan, const Topology& topology, const std::vector<bool>& takes_part, Report& report) {
+void turn_inside_out(const Mesh& mesh, Plan& plan, const Topology& topology, std::span<const Box3d> boxes, const std::vector<bool>& takes_part, Report& report) {
   const auto& parts = topology.components;
-  std::vector<Box3d> boxes(parts.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (topology.component[t] != kNoIndex)
-      for (const std::uint32_t v : mesh.triangles[t]) boxes[topology.component[t]].extendBy(plan.points[v]);
-
   // Outermost components face outwards. One that lies in another keeps its sense relative to it: opposite, it is a cavity (or matter in
   // a cavity). Where no component is inside out there is nothing to find.
   bool any_negative = false;
@@ -153,11 +149,19 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (topology.component[t] != kNoIndex && scene.materials[mesh.materials[t]].opacity < 1) transparent[topology.component[t]] = true;
 
+  std::vector<Box3d> boxes(topology.components.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (topology.component[t] != kNoIndex)
+      for (const std::uint32_t v : mesh.triangles[t]) boxes[topology.component[t]].extendBy(plan.points[v]);
+
   Statistics& s = plan.statistics;
-  std::int64_t open = 0, open_edges = 0, glass = 0, flipped = 0;
+  std::int64_t open = 0, open_edges = 0, glass = 0, flipped = 0, flat = 0;
   for (std::size_t c = 0; c < topology.components.size(); ++c) {
     const Topology::Component& part = topology.components[c];
-    takes_part[c] = part.closed && !transparent[c];
+    // A sheet modelled twice, back to back, is closed too, but holds nothing: it stays surface.
+    const bool holds = std::abs(part.volume) > kFlat * std::pow(boxes[c].size().length(), 3);
+    flat += part.closed && !holds;
+    takes_part[c] = part.closed && !transparent[c] && holds;
     s.closed += part.closed;
     open += !part.closed;
     open_edges += part.open_edges;
@@ -170,7 +174,9 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
   if (flipped > 0) report.issue("mesh-flipped", "faces were turned the other way than their neighbours; they were turned back", flipped);
   if (glass > 0) report.skip("fill of " + std::to_string(glass) + " components", "transparent");
 
-  turn_inside_out(mesh, plan, topology, takes_part, report);
+  if (flat > 0) report.skip("fill of " + std::to_string(flat) + " components", "closed without volume");
+
+  turn_inside_out(mesh, plan, topology, boxes, takes_part, report);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (topology.component[t] != kNoIndex && takes_part[topology.component[t]]) { plan.winding[t] = 1; plan.fill = true; }
   const double cell = plan.grid.h * plan.grid.h * plan.grid.h;

@@ -14,7 +14,7 @@ std::span<const Crossing> ray_of(const Band& band, std::size_t id) {
 int slice_of(const Bundle& bundle, const Crossing& c, int count) {
   if (count == bundle.nw) return c.cell;
   const double x = std::clamp(c.w * count / bundle.nw, -2.0, count + 2.0), wall = std::floor(x);
-  return static_cast<int>(wall) - (c.enters < 0 && x == wall ? 1 : 0);
+  return static_cast<int>(wall) - ((c.enters < 0) == (c.winding != 0) && x == wall ? 1 : 0);
 }
 
 // One ray's share of one slice: seen from the low and from the high side, the mean of both, as a stack is.

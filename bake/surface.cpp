@@ -86,7 +86,8 @@ struct Clipper {
   }
 
   void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
-    const double area = polygon_area(piece, facet.normal);
+    double height = 0;
+    const double area = polygon_area(piece, facet.normal, &height);
     if (!(area > 0)) return;
     const std::size_t column = static_cast<std::size_t>(cell.y / 8) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(cell.x / 8);
     if (layer.slot[column] < 0) {
@@ -123,6 +124,7 @@ struct Clipper {
       shadow.stopping[a] += facet.closed ? std::max(0.0, -n[a]) * area : across;
       if (facet.closed) shadow.outward[a] += n[a] * area;
     }
+    if (facet.closed) shadow.lost += n.z * area * (cell.z + 1 - height);
     if (want.color) layer.color[static_cast<std::size_t>(number)] += V3d(s.color) * w;
     if (!want.material) return;
     const Material& material = scene.materials[scene.mesh.materials[facet.triangle]];
@@ -139,9 +141,10 @@ struct Clipper {
     Polygon corners;
     if (!make_facet(t, facet, corners)) return;
     const V3i& n = plan.grid.n;
-    split_cells(corners, 2, facet.normal.z, z0, z1, [&](int z, const Polygon& sheet) {
-      split_cells(sheet, 1, facet.normal.y, 0, n.y, [&](int y, const Polygon& row) {
-        split_cells(row, 0, facet.normal.x, 0, n.x, [&](int x, const Polygon& piece) { add(layer, facet, V3i(x, y, z), piece); });
+    const V3d side = facet.closed ? facet.normal : -facet.normal;  // away from the cell that surface in a wall belongs to
+    split_cells(corners, 2, side.z, z0, z1, [&](int z, const Polygon& sheet) {
+      split_cells(sheet, 1, side.y, 0, n.y, [&](int y, const Polygon& row) {
+        split_cells(row, 0, side.x, 0, n.x, [&](int x, const Polygon& piece) { add(layer, facet, V3i(x, y, z), piece); });
       });
     });
   }

@@ -40,9 +40,11 @@ struct Projected {
   V3d crossings{0, 0, 0};   // Σ A|n|, after cut-outs: the mean number of crossings of a ray, times the face
   V3d stopping{0, 0, 0};    // closed surface where a ray in +axis direction enters it, before cut-outs; open surface as above
   V3d outward{0, 0, 0};     // Σ A n of closed surface, before cut-outs: what the inside loses from the near to the far wall
+  double lost = 0;          // of level 0, along z: Σ A n_z (1 − ζ) of closed surface at height ζ in the voxel; with the share f of the near wall
+                            // that is inside, f − lost is the filled fraction (divergence theorem)
 
   Projected& operator+=(const Projected& o) {
-    crossings += o.crossings; stopping += o.stopping; outward += o.outward;
+    crossings += o.crossings; stopping += o.stopping; outward += o.outward; lost += o.lost;
     return *this;
   }
 };

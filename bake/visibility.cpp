@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "bake/block_index.h"
 #include "bake/opacity.h"
@@ -80,23 +81,24 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
     const int before = winding;
     if (c == end || c->cell >= hi) {
       if (before == 0) continue;
-      sum.rays.add(1, 0, before);
+      sum.rays.add(1, 0, true, before != 1);
       sum.length += hi - lo;
       ++sum.inside_above;
       continue;
     }
-    bool stopped = before != 0;
+    bool stopped = before != 0, overlap = before != 0 && before != 1;
     double open = 1, met = 0, from = lo;
     for (; c != end && c->cell < hi; ++c) {
       if (winding != 0) sum.length += std::max(0.0, c->w - from);
       from = c->w;
       winding += c->winding;
       stopped = stopped || winding != 0;
+      overlap = overlap || (winding != 0 && winding != 1);
       open *= 1 - static_cast<double>(c->coverage);
       met += c->winding == 0 ? static_cast<double>(c->coverage) : c->winding > 0 ? 1 : 0;
     }
     if (winding != 0) { sum.length += std::max(0.0, hi - from); ++sum.inside_above; }
-    sum.rays.add(stopped ? 1 : 1 - open, met, before);
+    sum.rays.add(stopped ? 1 : 1 - open, met, before != 0, overlap);
   }
 }
 
@@ -116,6 +118,8 @@ struct Tracer {
   std::vector<double>& lengths;               // of this axis: inside length of all rays, per level-0 voxel
   std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn
   std::vector<float>& missed;
+  double inside_at_box;                       // share of a column that is inside where it enters the box: 0, or NaN where a box cuts matter
+  std::vector<double>& exact_solid;           // per level-0 voxel: filled fraction where exactly known, else −1; rays along z only
   int levels;                                 // how many of them are traced
   const VisibilityOptions& options;
   const SliceShader& shade;
@@ -215,7 +219,7 @@ struct Tracer {
     const auto l = static_cast<std::size_t>(level), axis = static_cast<std::size_t>(bundle.axis);
     const RayStep step(level);
     const double face = std::pow(4.0, level), rays = bundle.pattern.rays() * face / (static_cast<double>(step.step) * step.step);
-    double inside = 0;
+    double inside = inside_at_box;
     for (const Cell& cell : cells) {
       const auto i = static_cast<std::size_t>(cell.index);
       const Projected& p = views[l].surface->projected[i];
@@ -224,11 +228,14 @@ struct Tracer {
       double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
       const double crossings = p.crossings[bundle.axis] / face;
       if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0) alpha = std::min(alpha, crossings);  // no filled matter: only surface stops
+      const double near_inside = inside;
       inside -= p.outward[bundle.axis] / face;
       Visibility& to = result.levels[l];
       to.alpha[axis][i] = static_cast<float>(alpha);
       if (level > 0) continue;
       to.crossings[axis][i] = static_cast<float>(crossings);
+      // The filled fraction is known exactly too, by the surface alone, where matter does not overlap.
+      if (const double filled = near_inside - p.lost; axis == 2 && met.w == 0 && filled > -1e-6 && filled < 1 + 1e-6) exact_solid[i] = std::clamp(filled, 0.0, 1.0);
       gain[i] = sampled > 0 ? static_cast<float>(alpha / sampled) : 1.0f;
       if (sampled > 0) continue;
       const Surface& surface = *views[0].surface;
@@ -291,9 +298,20 @@ void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surfa
 
 namespace {
 
+// Whether filled matter reaches below the box along the rays, so that some may enter it inside.
+bool matter_begins_inside(const Bundle& bundle) {
+  const Mesh& mesh = bundle.scene->mesh;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (bundle.plan->winding[t] == 0) continue;
+    for (const std::uint32_t v : mesh.triangles[t])
+      if (bundle.plan->points[v][bundle.axes.w] < 0) return true;
+  }
+  return false;
+}
+
 // One axis: traces its bundle, leaves opacity in `result`, inside lengths in `lengths`, inside runs in `runs` (rays along z only).
 void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const VisibilityOptions& options, const SliceShader& shade, std::vector<double>& lengths,
-              std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, Report& report) {
+              std::vector<double>& exact_solid, std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, Report& report) {
   const auto a = static_cast<std::size_t>(bundle.axis);
   const bool volume = options.volume_axes[a];
   // Slices take their opacity from level 0 too.
@@ -313,7 +331,7 @@ void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const Vis
   if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
   std::vector<SliceBand> slices(options.slice_axes[a] ? static_cast<std::size_t>(bundle.bands) : 0);
 
-  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
+  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, matter_begins_inside(bundle) ? std::numeric_limits<double>::quiet_NaN() : 0.0, exact_solid, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
   tbb::enumerable_thread_specific<Worker> workers;
   std::atomic<std::int64_t> met{0};
   std::atomic<int> done{0};
@@ -338,7 +356,7 @@ void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const Vis
 }
 
 // Filled fraction of each border voxel; returns their sum.
-double fill_fractions(const Surface& surface, const std::array<std::vector<double>, 3>& lengths, double rays, Visibility& to) {
+double fill_fractions(const Surface& surface, const std::array<std::vector<double>, 3>& lengths, std::span<const double> exact, double rays, Visibility& to) {
   const auto count = static_cast<std::size_t>(surface.set.count);
   to.solid.assign(count, 0);
   double filled = 0;
@@ -356,7 +374,7 @@ double fill_fractions(const Surface& surface, const std::array<std::vector<doubl
       plain += lengths[a][i];
       ++axes;
     }
-    const double share = std::min(1.0, (weight > 0 ? length / weight : plain / std::max(1, axes)) / rays);
+    const double share = exact[i] >= 0 ? exact[i] : std::min(1.0, (weight > 0 ? length / weight : plain / std::max(1, axes)) / rays);
     filled += share;
     to.solid[i] = static_cast<float>(share);
     // Without filled matter only surface stops a ray; what the near walls are exactly known to hold may be less than one ray.
@@ -379,16 +397,17 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
   }
   std::vector<std::vector<InsideRun>> runs;
   std::array<std::vector<double>, 3> lengths;
+  std::vector<double> exact_solid(static_cast<std::size_t>(surfaces[0].set.count), -1);
   int rays = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     if (!options.volume_axes[a] && !options.slice_axes[a]) continue;
     const Bundle bundle = make_bundle(scene, plan, textures, recipe, axis);
     rays = bundle.pattern.rays();
-    see_axis(bundle, surfaces, options, shade, lengths[a], runs, result, report);
+    see_axis(bundle, surfaces, options, shade, lengths[a], exact_solid, runs, result, report);
   }
   if (rays == 0) return result;
-  const double filled = fill_fractions(surfaces[0], lengths, rays, result.levels[0]);
+  const double filled = fill_fractions(surfaces[0], lengths, exact_solid, rays, result.levels[0]);
   if (plan.fill && !runs.empty()) collect_inside(runs, surfaces[0], plan.grid, result.levels[0]);
   result.volume = filled + static_cast<double>(result.levels[0].inside_count);
   return result;

@@ -36,7 +36,7 @@ struct VisibilityResult {
 };
 
 // Traces the three bundles band by band; memory is a band's crossings per thread and the results.
-// Opacity: standard error of a level-0 voxel's alpha about 1/(4·samples) of a voxel's coverage for one straight edge (docs/accuracy.md).
+// Opacity: exact for a voxel with one layer of surface; else docs/accuracy.md.
 // Levels 0 and 1 use every ray, coarser ones four times a level-0 voxel's number.
 [[nodiscard]] VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
                                           const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, Report& report);

@@ -59,13 +59,13 @@ TEST(Degenerate, FlatAxisAlignedSquares) {
         const Layer* layer = nullptr;
         for (const float z : pack.levels[0].find("normal", &layer)->values) EXPECT_TRUE(z == 0 || z == static_cast<float>(side));
       }
-      // In a wall it belongs to the cell behind it, against its normal, and to no other.
+      // Open surface in a wall belongs to the cell in front of it, on the side it faces, and to no other.
       Recipe recipe = everything(4);
       recipe.box = Box3d(V3d(-2), V3d(2));
       const Dense area = dense(bake_quietly(s, recipe).levels[0], "area");
       for_each_cell(area.n, [&](const V3i& x) {
         if (area.state(x)) {
-          EXPECT_EQ(x[axis], side > 0 ? 1 : 2);
+          EXPECT_EQ(x[axis], side > 0 ? 2 : 1);
         }
       });
     }

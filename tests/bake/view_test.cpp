@@ -511,7 +511,7 @@ TEST_P(OppositePolygons, AreLitOnTheLightsSideOnly) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Placed, OppositePolygons,
-                         testing::Values(Opposite{"InOneVoxel", 0.4, 0.4}, Opposite{"NearAWall", 0.9, 0.9}, Opposite{"Apart", 3.3, -2.6},
+                         testing::Values(Opposite{"InAWall", 0, 0}, Opposite{"InOneVoxel", 0.4, 0.4}, Opposite{"NearAWall", 0.9, 0.9}, Opposite{"Apart", 3.3, -2.6},
                                          Opposite{"FacingEachOther", -2.6, 3.3}),
                          [](const auto& suite) { return std::string(suite.param.name); });
 
