@@ -213,17 +213,22 @@ Pack bake(const Scene& scene, const Recipe& given, Report& report) {
   // 6.–9. Level by level: what needs no geometry comes from the level below, then everything becomes grids.
   if (want.volume()) {
     StageTimer timer(report, "levels");
+    const auto tiles = static_cast<std::int64_t>(seen.levels[0].inside_blocks.size()), surface_blocks = static_cast<std::int64_t>(surfaces[0].set.blocks.size());
     for (std::size_t l = 0; l < surfaces.size(); ++l) {
       const Grid grid = plan.grid.level(static_cast<int>(l));
-      if (l > 0) filter_visibility(surfaces[l - 1], seen.levels[l - 1], surfaces[l], grid.n, opacity && recipe.level_mode == LevelMode::kFilter, seen.levels[l]);
+      if (l > 0) {
+        filter_visibility(surfaces[l - 1], seen.levels[l - 1], surfaces[l], grid.n, opacity && recipe.level_mode == LevelMode::kFilter, seen.levels[l]);
+        surfaces[l - 1] = {};  // the finest level is most of the memory
+        seen.levels[l - 1] = {};
+      }
       const ColorField color = want.color ? spread_colors(surfaces[l], seen.levels[l], grid) : ColorField{};
       pack.levels.push_back(make_level(surfaces[l], seen.levels[l], color, grid, static_cast<int>(l), recipe, kinds));
       if (report.progress) report.progress("levels", static_cast<double>(l + 1) / static_cast<double>(surfaces.size()));
     }
-    if (const std::size_t tiles = seen.levels[0].inside_blocks.size(); tiles > 0)
+    if (tiles > 0)
       report.skip(std::to_string(tiles) + " blocks of 8x8x8 voxels", "wholly inside: stored as tiles");
     const std::int64_t blocks = std::int64_t{(plan.grid.n.x + 7) / 8} * ((plan.grid.n.y + 7) / 8) * ((plan.grid.n.z + 7) / 8);
-    const std::int64_t empty = blocks - static_cast<std::int64_t>(surfaces[0].set.blocks.size() + seen.levels[0].inside_blocks.size());
+    const std::int64_t empty = blocks - surface_blocks - tiles;
     if (empty > 0) report.skip(std::to_string(empty) + " blocks of 8x8x8 voxels", "without surface: not stored unless partly inside");
   } else {
     report.skip("volume and levels", "not wanted");
