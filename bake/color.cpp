@@ -185,32 +185,38 @@ ColorField spread_colors(const Surface& surface, const Visibility& seen, const G
     for (int k = 0; k < bits; ++k) sum += grown.color[static_cast<std::size_t>(b.first + k)];
     mean[index.place(b.at)] = sum / static_cast<float>(bits);
   }
-  std::vector<V3i> uncolored;
-  for (const Block& b : seen.inside.blocks)
-    if (mean[index.place(b.at)].x < 0) uncolored.push_back(b.at);
-  for (const V3i& at : seen.inside_blocks)
-    if (mean[index.place(at)].x < 0) uncolored.push_back(at);
-  while (!uncolored.empty()) {
-    std::vector<std::pair<V3i, V3f>> found;
-    std::vector<V3i> left;
-    for (const V3i& at : uncolored) {
+  // From block to block, wave by wave, through those that are inside and still without a colour.
+  std::vector<char> waiting(index.slots.size(), 0);
+  const auto wait = [&](const V3i& at) { if (mean[index.place(at)].x < 0) waiting[index.place(at)] = 1; };
+  for (const Block& b : seen.inside.blocks) wait(b.at);
+  for (const V3i& at : seen.inside_blocks) wait(at);
+  const auto for_each_neighbour = [&](const V3i& at, auto&& call) {
+    for (int n = 0; n < 27; ++n)
+      if (const V3i near(at.x + n / 9 - 1, at.y + n / 3 % 3 - 1, at.z + n % 3 - 1); index.holds(near)) call(near);
+  };
+  std::vector<V3i> wave;
+  for (const Block& b : grown.set.blocks) wave.push_back(b.at);
+  while (!wave.empty()) {
+    std::vector<V3i> next;
+    for (const V3i& at : wave)
+      for_each_neighbour(at, [&](const V3i& near) {
+        if (char& w = waiting[index.place(near)]; w) { w = 0; next.push_back(near); }
+      });
+    std::vector<V3f> found;
+    for (const V3i& at : next) {
       V3f sum(0, 0, 0);
       int count = 0;
-      for (int n = 0; n < 27; ++n)
-        if (const V3i near(at.x + n / 9 - 1, at.y + n / 3 % 3 - 1, at.z + n % 3 - 1); index.holds(near) && mean[index.place(near)].x >= 0) {
-          sum += mean[index.place(near)];
-          ++count;
-        }
-      if (count > 0) found.emplace_back(at, sum / static_cast<float>(count));
-      else left.push_back(at);
+      for_each_neighbour(at, [&](const V3i& near) {
+        if (mean[index.place(near)].x >= 0) { sum += mean[index.place(near)]; ++count; }
+      });
+      found.push_back(sum / static_cast<float>(count));  // at least the one it was reached from
     }
-    if (found.empty()) {  // inside a surface that was all cut away: nothing has a colour
-      for (const V3i& at : left) mean[index.place(at)] = V3f(0, 0, 0);
-      break;
-    }
-    for (const auto& [at, color] : found) mean[index.place(at)] = color;
-    uncolored = std::move(left);
+    for (std::size_t i = 0; i < next.size(); ++i) mean[index.place(next[i])] = found[i];
+    wave = std::move(next);
   }
+  // Inside a surface that was all cut away nothing has a colour.
+  for (V3f& m : mean)
+    if (m.x < 0) m = V3f(0, 0, 0);
 
   ColorField field;
   // Whole inside blocks are tiles; voxels that spreading reached within them give way.

@@ -197,11 +197,12 @@ struct Tracer {
         follow_ray(list.data(), list.data() + list.size(), w.cells, level, w.sums, runs ? &inside_first : nullptr);
       }
     }
-    for (std::size_t i = 0; i < w.cells.size(); ++i) {
-      sums[static_cast<std::size_t>(level)].add(w.cells[i].index, w.sums[i].rays);
-      if (level == 0) lengths[static_cast<std::size_t>(w.cells[i].index)] = w.sums[i].length;
+    if (level == 0) {  // all of a level-0 column's rays are in this band
+      for (std::size_t i = 0; i < w.cells.size(); ++i) lengths[static_cast<std::size_t>(w.cells[i].index)] = w.sums[i].length;
+      finish_column(0, w.cells, [&](std::size_t i) { return w.sums[i].rays; });
+    } else {
+      for (std::size_t i = 0; i < w.cells.size(); ++i) sums[static_cast<std::size_t>(level)].add(w.cells[i].index, w.sums[i].rays);
     }
-    if (level == 0) finish_column(0, w.cells);  // all of a level-0 column's rays are in this band
     if (!runs) return;
     // Between border voxels all rays agree; half of them decides, should rounding make one differ.
     int from = 0, inside = inside_first;
@@ -215,15 +216,17 @@ struct Tracer {
   }
 
   // Opacity of a column's voxels, once all its rays have been followed. The inside share of each near wall adds up along the column.
-  void finish_column(int level, std::span<const Cell> cells) const {
+  // `met_in(i)`: the sums of cells[i].
+  template <class Met>
+  void finish_column(int level, std::span<const Cell> cells, Met&& met_in) const {
     const auto l = static_cast<std::size_t>(level), axis = static_cast<std::size_t>(bundle.axis);
     const RayStep step(level);
     const double face = std::pow(4.0, level), rays = bundle.pattern.rays() * face / (static_cast<double>(step.step) * step.step);
     double inside = inside_at_box;
-    for (const Cell& cell : cells) {
-      const auto i = static_cast<std::size_t>(cell.index);
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      const auto i = static_cast<std::size_t>(cells[c].index);
       const Projected& p = views[l].surface->projected[i];
-      const RaySums met = sums[l].get(cell.index);
+      const RaySums met = met_in(c);
       double sampled = 0;
       double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
       const double crossings = p.crossings[bundle.axis] / face;
@@ -272,10 +275,17 @@ void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surfa
     for (const InsideRun& run : band)
       for (int bz = run.first >> 3; bz <= (run.last - 1) >> 3; ++bz) {
         const V3i at(run.u >> 3, run.v >> 3, bz);
+        // A block without surface is all inside or all outside: one of its columns speaks for it.
+        const bool uniform = border(at) < 0 && at.x * 8 + 8 <= grid.n.x && at.y * 8 + 8 <= grid.n.y && bz * 8 + 8 <= grid.n.z;
+        if (uniform && ((run.u & 7) != 0 || (run.v & 7) != 0)) continue;
         std::int32_t& s = slot[border.place(at)];
         if (s < 0) {
           s = static_cast<std::int32_t>(all.blocks.size());
           all.blocks.emplace_back().at = at;
+        }
+        if (uniform) {
+          all.blocks[static_cast<std::size_t>(s)].mask.fill(~std::uint64_t{0});
+          continue;
         }
         const int z0 = std::max(run.first - bz * 8, 0), z1 = std::min(run.last - bz * 8, 8);
         const std::uint64_t bits = ((std::uint64_t{1} << (z1 - z0)) - 1) << z0;
@@ -321,7 +331,7 @@ void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const Vis
   for (std::size_t l = 0; l < static_cast<std::size_t>(levels); ++l) {
     const auto count = static_cast<std::size_t>(surfaces[l].set.count);
     views.push_back({&surfaces[l], BlockColumns(surfaces[l].set, bundle.plan->grid.level(static_cast<int>(l)), bundle.axes)});
-    sums[l].voxels.assign(count, {});
+    if (l > 0) sums[l].voxels.assign(count, {});
     result.levels[l].alpha[a].assign(count, 0);
     if (l == 0) result.levels[l].crossings[a].assign(count, 0);
   }
@@ -348,7 +358,7 @@ void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const Vis
       std::vector<Cell> cells;
       for (int u = 0; u <= (bundle.nu - 1) >> level; ++u) {
         views[static_cast<std::size_t>(level)].cells(bundle.axes, u, v, cells);
-        tracer.finish_column(level, cells);
+        tracer.finish_column(level, cells, [&](std::size_t i) { return sums[static_cast<std::size_t>(level)].get(cells[i].index); });
       }
     });
   report.count("crossings along " + std::string(1, "xyz"[bundle.axis]), static_cast<double>(met.load()));
