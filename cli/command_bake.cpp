@@ -1,9 +1,12 @@
 // texel bake: inputs -> pack.
 #include <tbb/global_control.h>
 
+#include <malloc.h>
+
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <future>
 #include <optional>
 #include <thread>
 
@@ -132,6 +135,8 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
     outcome.status = "up to date";
     return;
   }
+  std::future<void> opening;
+  if (settings.recipe.want.volume()) opening = open_volume_writer();
   Pack& pack = outcome.pack.emplace(bake(scene, settings.recipe, report));
   pack.recipe_json = recipe;
   pack.sources = scene.sources;
@@ -145,6 +150,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
     for (const Issue& issue : views.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
   }
   stop_if_interrupted();
+  malloc_trim(0);  // what the bake worked with goes back to the system before the files are made
   write_pack(pack, settings.output, settings.recipe.write, report);
   if (!settings.depfile.empty()) write_depfile(settings, scene);
   outcome.status = "baked";

@@ -223,4 +223,13 @@ void write_pack(const Pack& pack, const std::string& folder, const WriteOptions&
   staging.commit();
 }
 
+std::future<void> open_volume_writer() {
+  return std::async(std::launch::async, [] {
+    try {
+      (void)module_symbol("texel_vdb", kVdbSymbol);
+    } catch (const Error&) {  // said again, to somebody who listens, when the module is needed
+    }
+  });
+}
+
 }  // namespace texel

@@ -1,5 +1,6 @@
 #pragma once
 // Pack -> folder.
+#include <future>
 #include <string>
 
 #include "formats/pack.h"
@@ -19,6 +20,10 @@ struct WriteOptions {
 // Source hashes missing from pack.sources are computed here. Leftovers of killed writes to the same folder are removed.
 // Throws Error{kFile} when the place cannot be written or is a folder that is not a pack, Error{kRunning} when the disk is full.
 void write_pack(const Pack& pack, const std::string& folder, const WriteOptions& options, Report& report);
+
+// Opens the volume module in a thread of its own, so that write_pack need not wait for it (0.05 s). The result joins when it goes.
+// Where the module is not installed nothing happens; write_pack will say so.
+[[nodiscard]] std::future<void> open_volume_writer();
 
 // Hex SHA-256 of a file's bytes. Throws Error{kFile}.
 [[nodiscard]] std::string file_sha256(const std::string& path, std::int64_t* bytes = nullptr);
