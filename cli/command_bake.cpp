@@ -135,6 +135,8 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
     outcome.status = "up to date";
     return;
   }
+  // What writing needs is looked for before the work is done.
+  if (settings.recipe.want.slices) require_slice_writer(settings.recipe.write.slice_format);
   std::future<void> opening;
   if (settings.recipe.want.volume()) opening = open_volume_writer();
   Pack& pack = outcome.pack.emplace(bake(scene, settings.recipe, report));

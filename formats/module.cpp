@@ -28,20 +28,21 @@ std::vector<fs::path> places() {
   return found;
 }
 
-void* open_module(const std::string& name) {
+fs::path find_module(const std::string& name) {
   std::string tried;
   for (const fs::path& place : places()) {
     const fs::path file = place / (name + ".so");
     std::error_code ec;
-    if (!fs::exists(file, ec)) {
-      tried += (tried.empty() ? "" : ", ") + place.string();
-      continue;
-    }
-    if (void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) return handle;
-    throw Error(Code::kUnsupported, file.string(), std::string("cannot be loaded (") + dlerror() + ")",
-                "install the libraries it needs");
+    if (fs::exists(file, ec)) return file;
+    tried += (tried.empty() ? "" : ", ") + place.string();
   }
   throw Error(Code::kUnsupported, name + ".so", "module not found in " + tried, "set TEXEL_MODULE_DIR to its folder");
+}
+
+void* open_module(const std::string& name) {
+  const fs::path file = find_module(name);
+  if (void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) return handle;
+  throw Error(Code::kUnsupported, file.string(), std::string("cannot be loaded (") + dlerror() + ")", "install the libraries it needs");
 }
 
 }  // namespace
@@ -57,5 +58,7 @@ void* module_symbol(const std::string& name, const std::string& symbol) {
   if (!address) throw Error(Code::kUnsupported, name + ".so", "has no " + symbol, "reinstall texel: program and module differ in version");
   return address;
 }
+
+void require_module(const std::string& name) { (void)find_module(name); }
 
 }  // namespace texel

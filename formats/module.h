@@ -9,4 +9,7 @@ namespace texel {
 // Throws Error{kUnsupported}, naming the places looked at and the loader's own message.
 [[nodiscard]] void* module_symbol(const std::string& name, const std::string& symbol);
 
+// Throws as module_symbol where the module's file is not there; opens nothing. Cheap: for finding out before the work is done.
+void require_module(const std::string& name);
+
 }  // namespace texel

@@ -223,11 +223,16 @@ void write_pack(const Pack& pack, const std::string& folder, const WriteOptions&
   staging.commit();
 }
 
+void require_slice_writer(SliceFormat format) {
+  if (format == SliceFormat::kExr) require_module("texel_image");
+}
+
 std::future<void> open_volume_writer() {
+  require_module("texel_vdb");
   return std::async(std::launch::async, [] {
     try {
       (void)module_symbol("texel_vdb", kVdbSymbol);
-    } catch (const Error&) {  // said again, to somebody who listens, when the module is needed
+    } catch (const Error&) {  // it is there but cannot be loaded: write_pack will say why
     }
   });
 }

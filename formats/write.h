@@ -22,8 +22,10 @@ struct WriteOptions {
 void write_pack(const Pack& pack, const std::string& folder, const WriteOptions& options, Report& report);
 
 // Opens the volume module in a thread of its own, so that write_pack need not wait for it (0.05 s). The result joins when it goes.
-// Where the module is not installed nothing happens; write_pack will say so.
+// Throws Error{kUnsupported} at once where the module is not installed: before the work, not after it.
 [[nodiscard]] std::future<void> open_volume_writer();
+// Throws Error{kUnsupported} where slices of this format cannot be written for want of the image module.
+void require_slice_writer(SliceFormat format);
 
 // Hex SHA-256 of a file's bytes. Throws Error{kFile}.
 [[nodiscard]] std::string file_sha256(const std::string& path, std::int64_t* bytes = nullptr);
