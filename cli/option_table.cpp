@@ -412,7 +412,7 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.recipe.ndf; },
              std::vector<std::pair<const char*, NdfKind>>{{"sggx", NdfKind::kSggx}, {"neyret", NdfKind::kNeyret}, {"ratib", NdfKind::kRatib}}),
       choice({.name = "normals", .metavar = "WHICH", .group = kVolume, .commands = kBake,
-              .help = "whose normals count: of all surface; visible (from outside) is not in this version", .in_recipe = true},
+              .help = "whose normals count: of all surface, or of what is seen from outside the voxel", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.normals; },
              std::vector<std::pair<const char*, Normals>>{{"all", Normals::kAll}, {"visible", Normals::kVisible}}),
       choice({.name = "two-sided", .metavar = "WHEN", .group = kVolume, .commands = kBake,

@@ -281,5 +281,28 @@ TEST(StoredAxes, Shapes) {
   for (const StoredAxes& a : {neyret_axes({}), ratib_axes({})}) EXPECT_EQ(a.axis_1, V3f(0, 0, 0));
 }
 
+// A box round a sheet within one voxel: from outside only the box is seen (Ratib 1997 §3.3.1).
+TEST(Ndf, VisibleNormalsLeaveHiddenSurfaceOut) {
+  Scene s = empty_scene();
+  add_box(s, V3d(0.1), V3d(0.9));
+  add_quad(s, V3d(0.2, 0.2, 0.5), V3d(0.6, 0, 0), V3d(0, 0.6, 0));  // faces +z
+  Recipe recipe = volume_recipe(1);
+  recipe.box = Box3d(V3d(0), V3d(1));
+  recipe.fill = Fill::kOff;
+  recipe.levels = 1;
+  const auto entry = [&](Normals normals, const char* grid, int k) {
+    recipe.normals = normals;
+    return static_cast<double>(bake_quietly(s, recipe).levels[0].find(grid)->values[static_cast<std::size_t>(k)]);
+  };
+  // All surface: the sheet adds 0.36 to the 1.28 of each pair of faces along z, so S is (r, r, 1) with r = (1.28/1.64)^1.3.
+  EXPECT_NEAR(entry(Normals::kAll, "S_diag", 0), std::pow(1.28 / 1.64, 1.3), 1e-6);
+  EXPECT_NEAR(entry(Normals::kAll, "normal", 2), 0.36 / 4.2, 1e-6);
+  // Seen from outside: six equal faces, each met by the same number of rays. Exact but for floats.
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(entry(Normals::kVisible, "S_diag", k), 1, 1e-6);
+    EXPECT_NEAR(entry(Normals::kVisible, "normal", k), 0, 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace texel::test
