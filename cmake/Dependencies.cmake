@@ -1,4 +1,7 @@
 # Outside libraries. The order and the odd guards are needed on Debian 12; each has its reason beside it.
+# Debian's Imath config reports its Python part, which nobody asked for, as if an installation were broken: only warnings are shown here.
+set(_texel_level "${CMAKE_MESSAGE_LOG_LEVEL}")
+set(CMAKE_MESSAGE_LOG_LEVEL WARNING)
 set(_texel_modules "${CMAKE_MODULE_PATH}")
 set(_texel_shared "${BUILD_SHARED_LIBS}")
 
@@ -26,7 +29,7 @@ find_package(OpenVDB 10 REQUIRED COMPONENTS openvdb)
 if(TEXEL_EXACT)
   find_package(CGAL 5.5 CONFIG QUIET)
   if(NOT CGAL_FOUND)
-    message(STATUS "texel: CGAL not found, building without the exact geometry target")
+    message(WARNING "texel: CGAL not found, building without the exact geometry target")
     set(TEXEL_EXACT OFF)
   endif()
 endif()
@@ -41,3 +44,4 @@ endif()
 # OpenVDB's find module sets BUILD_SHARED_LIBS and CGAL's changes the module path for everybody: put both back.
 set(CMAKE_MODULE_PATH "${_texel_modules}")
 set(BUILD_SHARED_LIBS "${_texel_shared}")
+set(CMAKE_MESSAGE_LOG_LEVEL "${_texel_level}")

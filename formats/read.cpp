@@ -50,6 +50,11 @@ Scene read_one(const std::string& path, Report& report) {
   Format format = by_extension(path);
   if (format == Format::kUnknown) {
     const std::string extension = std::filesystem::path(path).extension().string();
+    if (std::error_code ec; std::filesystem::is_directory(path, ec)) {
+      if (std::filesystem::exists(std::filesystem::path(path) / "manifest.json", ec))
+        throw Error(Code::kBadInput, path, "is a pack, not a mesh", "bake it again with --recipe " + path);
+      throw Error(Code::kBadInput, path, "is a folder", "give a mesh file: .obj, .ply, .stl or .off");
+    }
     throw Error(Code::kUnsupported, path, "files of this kind can't be read (" + (extension.empty() ? "no extension" : extension) + ")",
                 "give .obj, .ply, .stl or .off");
   }
