@@ -22,7 +22,7 @@ constexpr std::array<CommandText, 4> kCommands = {{
      "A pack made by this version from the same bytes with the same recipe is left alone (--force bakes it anyway).\n",
      "  texel bake tree.obj -o tree.texel                        128 voxels along the longest side, all there is\n"
      "  texel bake tree.obj -o tree.texel -r 64 --want slices    slices only; no volume is made or stored\n"
-     "  texel bake rock.ply -o rock.texel --light sun:1,0,-1,3,3,3 --light ambient:1,1,1 --shadows\n"
+     "  texel bake rock.ply -o rock.texel --light sun:1,0,-1,0.8,0.8,0.7 --light ambient:0.2,0.2,0.25 --shadows\n"
      "                                                           light baked into the slices\n"
      "  texel bake --recipe tree.texel -o again.texel -r 256     a pack baked again, finer\n"
      "  texel bake a.obj b.obj -o ab.texel --plan                what would be done, and the memory it takes\n"},

@@ -88,7 +88,7 @@ bool inside_grid(const Layer& layer, const V3i& n) {
 std::string read_manifest(const std::string& folder) {
   const fs::path path = fs::path(folder) / "manifest.json";
   std::error_code ec;
-  if (!fs::is_directory(folder, ec)) throw Error(Code::kFile, folder, "is not a folder");
+  if (!fs::is_directory(folder, ec)) throw Error(Code::kFile, folder, "there is no pack here");
   if (!fs::is_regular_file(path, ec)) throw Error(Code::kFile, path.string(), "is missing", "the folder is not a texel pack");
   std::ifstream in(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), {}};
