@@ -24,10 +24,14 @@ Channel make_channel(const std::string& name, int components, std::int64_t count
   return c;
 }
 
-// Half floats end at 65504 and lose digits below 6.1e-5.
+// Half floats end at 65504 and have steps of 6e-8 at the lower end: where the largest value is below kLeastLargest, that step is more than
+// rounding to 11 bits would be for values a hundredth as large.
 bool half_holds(const Channel& c) {
-  const auto bad = [](float v) { const float a = std::abs(v); return a > 65504.0f || (a > 0 && a < 6.1035e-5f); };
-  return std::none_of(c.values.begin(), c.values.end(), bad) && std::none_of(c.tiles.begin(), c.tiles.end(), bad);
+  constexpr float kLeastLargest = 1e-2f;
+  float largest = 0;
+  for (const float v : c.values) largest = std::max(largest, std::abs(v));
+  for (const float v : c.tiles) largest = std::max(largest, std::abs(v));
+  return largest <= 65504.0f && (largest == 0 || largest >= kLeastLargest);
 }
 
 // For each voxel of `all`, its index in `part`, or −1.
