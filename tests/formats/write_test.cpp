@@ -325,7 +325,7 @@ TEST(UpToDate, ComparesSourcesRecipeVersionAndFiles) {
   EXPECT_THAT(why, HasSubstr("recipe"));
   EXPECT_FALSE(pack_up_to_date(folder / "ball", scene, "not json"));
   EXPECT_FALSE(pack_up_to_date(folder / "none", scene, pack.recipe_json, &why));
-  EXPECT_THAT(why, HasSubstr("not a folder"));
+  EXPECT_THAT(why, HasSubstr("there is no pack here"));
   put_bytes(folder / "a.obj", "v 2");
   EXPECT_FALSE(pack_up_to_date(folder / "ball", scene, pack.recipe_json, &why));
   EXPECT_THAT(why, HasSubstr("a.obj has changed"));
