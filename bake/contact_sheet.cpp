@@ -225,17 +225,20 @@ Tile slice_tile(const Pack& pack, const SliceStack& stack, ViewOptions options, 
 
 }  // namespace
 
-Image contact_sheet(const Pack& pack, const Scene* scene, int tile_size, int threads, Report& report, int up, bool light_slices) {
-  if (tile_size < 16 || tile_size > 4096) throw Error(Code::kCommandLine, "", "tile size " + std::to_string(tile_size) + " is out of range", "use 16 to 4096");
+Image contact_sheet(const Pack& pack, const Scene* scene, const SheetOptions& sheet, Report& report) {
+  if (sheet.tile < 16 || sheet.tile > 4096) throw Error(Code::kCommandLine, "", "tile size " + std::to_string(sheet.tile) + " is out of range", "use 16 to 4096");
   ViewOptions options;
-  const SliceStack* stack = shown_stack(pack, up);
-  options.camera = frame_points(outline(pack), kAzimuth, elevation_for(stack, up), kAngle, up);
-  options.width = options.height = tile_size;
-  options.threads = threads;
+  const SliceStack* stack = shown_stack(pack, sheet.up);
+  options.camera = frame_points(outline(pack), kAzimuth, elevation_for(stack, sheet.up), kAngle, sheet.up);
+  options.width = options.height = sheet.tile;
+  options.threads = sheet.threads;
+  options.lights = sheet.lights;
+  const bool own_light = !sheet.lights.empty();
+  if (own_light) options.shadows = sheet.shadows;
   std::vector<Tile> tiles;
   if (scene) tiles.push_back({"TRUTH", view_truth(*scene, options, report)});
   if (!pack.levels.empty()) tiles.push_back({"VOLUME " + text_of(pack.levels[0].grid.n), view_volume(pack, options, report)});
-  if (stack) tiles.push_back(slice_tile(pack, *stack, options, light_slices, report));
+  if (stack) tiles.push_back(slice_tile(pack, *stack, options, !own_light, report));
   if (pack.levels.size() > 1) {
     ViewOptions coarse = options;
     coarse.level = std::min(3, static_cast<int>(pack.levels.size()) - 1);
@@ -243,7 +246,7 @@ Image contact_sheet(const Pack& pack, const Scene* scene, int tile_size, int thr
     tiles.push_back({label, view_volume(pack, coarse, report)});
   }
   if (tiles.empty()) return {};
-  return lay_out(tiles, tile_size);
+  return lay_out(tiles, sheet.tile);
 }
 
 }  // namespace texel

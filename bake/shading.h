@@ -1,6 +1,7 @@
 #pragma once
 // What the three view modes share: the camera's rays, the lights and how a surface answers to them (docs/view.md)
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "bake/light.h"
@@ -36,6 +37,11 @@ struct Rays {
 
 // Calls row(y) for each row, in parallel with at most `threads` threads (0: all). What row y writes must depend on y alone.
 void for_rows(int height, int threads, const std::function<void(int)>& row);
+
+// A picture of rays.width x rays.height straight RGBA pixels: `trace` adds what one ray sees, premultiplied, to colour and alpha; each pixel is the
+// mean over `samples` of them. `stage` is what report.progress hears, row by row. `trace` must be thread-safe.
+[[nodiscard]] Image trace_pixels(const Rays& rays, int samples, int threads, const std::string& stage, const Report& report,
+                                 const std::function<void(const Rays::Ray& ray, V3f* color, float* alpha)>& trace);
 
 // Local answer of a surface: diffuse albedo, GGX lobe of constant reflectance ks and width roughness, emission.
 struct Look {

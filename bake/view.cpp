@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -174,6 +175,31 @@ void for_rows(int height, int threads, const std::function<void(int)>& row) {
   if (threads <= 0 || threads >= tbb::info::default_concurrency()) return all();  // more than there are only earns a warning of TBB's
   tbb::task_arena arena(threads);
   arena.execute(all);
+}
+
+Image trace_pixels(const Rays& rays, int samples, int threads, const std::string& stage, const Report& report,
+                   const std::function<void(const Rays::Ray& ray, V3f* color, float* alpha)>& trace) {
+  Image image;
+  image.width = rays.width;
+  image.height = rays.height;
+  image.channels = 4;
+  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4);
+  std::atomic<int> done{0};
+  for_rows(image.height, threads, [&](int y) {
+    for (int x = 0; x < image.width; ++x) {
+      V3f color(0, 0, 0);
+      float alpha = 0;
+      for (int i = 0; i < samples; ++i) {
+        const V2f at = pixel_sample(x, y, i, samples);
+        trace(rays.at(x + static_cast<double>(at.x), y + static_cast<double>(at.y)), &color, &alpha);
+      }
+      float* out = image.at(x, y);
+      for (int c = 0; c < 3; ++c) out[c] = alpha > 0 ? color[c] / alpha : 0.0f;
+      out[3] = std::min(alpha / static_cast<float>(samples), 1.0f);
+    }
+    if (report.progress) report.progress(stage, static_cast<double>(++done) / image.height);
+  });
+  return image;
 }
 
 V3f lit_facet(const Look& look, const V3d& n, const V3d& v, const V3d& l, const V3f& color) {

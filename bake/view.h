@@ -48,9 +48,18 @@ enum class ViewMode { kVolume, kSlices, kTruth };
 [[nodiscard]] Image view_slices(const Pack& pack, const ViewOptions& options, Report& report);  // back-to-front compositing
 [[nodiscard]] Image view_truth(const Scene& scene, const ViewOptions& options, Report& report); // Embree, the geometry itself
 
+struct SheetOptions {
+  int tile = 320;                      // pixels a side, 16…4096
+  int up = 2;
+  std::vector<Light> lights;           // what was baked into the slices; empty: they are albedo
+  bool shadows = false;                // whether those lights cast shadows
+  int threads = 0;
+};
+
 // The pack's preview.png: truth (where `scene` is given), volume, slices from a grazing angle and a coarser level, side by side from one
-// camera, labelled. With `light_slices` the slices, which have no light of their own, are lit by the volume's normals where it has them.
-[[nodiscard]] Image contact_sheet(const Pack& pack, const Scene* scene, int tile_size, int threads, Report& report, int up = 2, bool light_slices = true);
+// camera, labelled. All under the same light: `lights`, which the slices already hold, or, without any, the default light with shadows,
+// by which the slices are lit here with the volume's normals where it has them. Throws Error{kCommandLine} for the tile's size.
+[[nodiscard]] Image contact_sheet(const Pack& pack, const Scene* scene, const SheetOptions& sheet, Report& report);
 
 // `image` over a plain background (straight linear RGBA -> opaque RGB).
 [[nodiscard]] Image over_background(const Image& image, V3f background);

@@ -131,25 +131,8 @@ Image view_truth(const Scene& scene, const ViewOptions& options, Report& report)
   if (options.samples < 1 || options.samples > 1 << 16) throw Error(Code::kCommandLine, "", "samples per pixel out of range (" + std::to_string(options.samples) + ")", "use 1 to 65536");
   const StageTimer timer(report, "view truth");
   const Truth truth(scene, options, report);
-  Image image;
-  image.width = options.width;
-  image.height = options.height;
-  image.channels = 4;
-  image.pixels.resize(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 4);
-  for_rows(options.height, options.threads, [&](int y) {
-    for (int x = 0; x < options.width; ++x) {
-      V3f color(0, 0, 0);
-      float alpha = 0;
-      for (int i = 0; i < options.samples; ++i) {
-        const V2f at = pixel_sample(x, y, i, options.samples);
-        truth.trace(truth.rays.at(x + static_cast<double>(at.x), y + static_cast<double>(at.y)), &color, &alpha);
-      }
-      float* out = image.at(x, y);
-      for (int c = 0; c < 3; ++c) out[c] = alpha > 0 ? color[c] / alpha : 0.0f;
-      out[3] = std::min(alpha / static_cast<float>(options.samples), 1.0f);
-    }
-  });
-  return image;
+  return trace_pixels(truth.rays, options.samples, options.threads, "view truth", report,
+                      [&truth](const Rays::Ray& ray, V3f* color, float* alpha) { truth.trace(ray, color, alpha); });
 }
 
 }  // namespace texel

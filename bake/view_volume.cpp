@@ -176,25 +176,8 @@ Image view_volume(const Pack& pack, const ViewOptions& options, Report& report) 
   const StageTimer timer(report, "view volume");
   const Volume volume(pack, options);
   const int samples = std::clamp(options.samples / 16, 1, 4);
-  Image image;
-  image.width = options.width;
-  image.height = options.height;
-  image.channels = 4;
-  image.pixels.resize(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 4);
-  for_rows(options.height, options.threads, [&](int y) {
-    for (int x = 0; x < options.width; ++x) {
-      V3f color(0, 0, 0);
-      float alpha = 0;
-      for (int i = 0; i < samples; ++i) {
-        const V2f at = pixel_sample(x, y, i, samples);
-        volume.trace(volume.eye.rays.at(x + static_cast<double>(at.x), y + static_cast<double>(at.y)), &color, &alpha);
-      }
-      float* out = image.at(x, y);
-      for (int c = 0; c < 3; ++c) out[c] = alpha > 0 ? color[c] / alpha : 0.0f;
-      out[3] = std::min(alpha / static_cast<float>(samples), 1.0f);
-    }
-  });
-  return image;
+  return trace_pixels(volume.eye.rays, samples, options.threads, "view volume", report,
+                      [&volume](const Rays::Ray& ray, V3f* color, float* alpha) { volume.trace(ray, color, alpha); });
 }
 
 }  // namespace texel

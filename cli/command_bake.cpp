@@ -3,6 +3,8 @@
 
 #include <malloc.h>
 
+#include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -147,8 +149,9 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
     constexpr int kTile = 320;
     Report views;  // its pictures time themselves; here they count as one stage
     views.progress = report.progress;
-    const bool own_light = !settings.recipe.lights.empty();
-    pack.preview = contact_sheet(pack, &scene, kTile, settings.recipe.threads, views, up_axis(settings.recipe.up, scene.sources), !own_light);
+    const SheetOptions sheet{.tile = kTile, .up = up_axis(settings.recipe.up, scene.sources), .lights = settings.recipe.lights,
+                             .shadows = settings.recipe.shadows, .threads = settings.recipe.threads};
+    pack.preview = contact_sheet(pack, &scene, sheet, views);
     for (const Issue& issue : views.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
   }
   stop_if_interrupted();
@@ -164,11 +167,28 @@ double now_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+// The product is a folder: under a picture's or a mesh's name it would only be found out later, by the program that opens it.
+void refuse_file_name(const std::string& output) {
+  static constexpr const char* kPictures[] = {".png", ".exr", ".jpg", ".jpeg", ".tif", ".tiff", ".hdr", ".bmp", ".tga", ".gif", ".webp"};
+  static constexpr const char* kOthers[] = {".obj", ".mtl", ".ply", ".stl", ".off", ".gltf", ".glb", ".fbx", ".vdb", ".nvdb", ".json"};
+  fs::path path(output);
+  if (path.filename().empty()) path = path.parent_path();  // "x.png/"
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto among = [&](const auto& list) { return std::find(std::begin(list), std::end(list), extension) != std::end(list); };
+  const bool picture = among(kPictures);
+  if (!picture && !among(kOthers)) return;
+  const std::string pack = path.replace_extension(".texel").string();
+  throw Error(Code::kCommandLine, "--output " + output, "a pack is a folder, not a " + extension + " file",
+              "give -o " + pack + (picture ? ", then `texel view " + pack + " -o " + output + "` for a picture" : ""));
+}
+
 }  // namespace
 
 int command_bake(const Settings& settings) {
   if (settings.inputs.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --recipe with a pack");
   if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
+  refuse_file_name(settings.output);
 
   std::optional<tbb::global_control> limit;
   if (settings.recipe.threads > 0)

@@ -522,14 +522,39 @@ TEST(ContactSheet, HasATileForEachThingThereIs) {
   Scene scene = empty_scene();
   add_ball(scene, 1, 8);
   Report report;
-  const Image with = contact_sheet(pack, &scene, 48, 0, report), without = contact_sheet(pack, nullptr, 48, 0, report);
+  const SheetOptions sheet{.tile = 48, .lights = {}};
+  const Image with = contact_sheet(pack, &scene, sheet, report), without = contact_sheet(pack, nullptr, sheet, report);
   EXPECT_EQ(with.width, 4 * 49 + 1);
   EXPECT_EQ(without.width, 3 * 49 + 1);
   EXPECT_EQ(with.channels, 3);
   for (const float v : with.pixels) ASSERT_TRUE(v >= 0 && v <= 1);
   test::BallOptions slices_only = ball;
   slices_only.levels = 0;
-  EXPECT_EQ(contact_sheet(test::ball_pack(slices_only), nullptr, 48, 0, report).width, 49 + 1);
+  EXPECT_EQ(contact_sheet(test::ball_pack(slices_only), nullptr, sheet, report).width, 49 + 1);
+}
+
+// Under ambient light alone what is matt sends albedo x light: truth and volume alike, as the slices do that were baked with it.
+TEST(ContactSheet, ShowsTruthAndVolumeUnderTheLightOfTheSlices) {
+  test::BallOptions ball;
+  ball.n = 24;
+  Pack pack = test::ball_pack(ball);
+  for (Level& level : pack.levels)
+    for (Layer& layer : level.layers)
+      for (Channel& c : layer.channels)
+        if (c.name == "Cd")
+          for (std::size_t i = 0; i < c.values.size(); ++i) c.values[i] = ball.color[static_cast<int>(i % 3)];
+  Scene scene = empty_scene();
+  scene.materials[0].kd = ball.color;
+  add_ball(scene, 0.4 * 24 * ball.h, 64);
+  const V3d middle = pack.grid.to_world(V3d(pack.grid.n) / 2);
+  for (V3d& p : scene.mesh.points) p += middle;
+  Report report;
+  const V3f light(0.5f, 0.25f, 1);
+  const SheetOptions sheet{.tile = 64, .lights = {{Light::Kind::kAmbient, V3d(0, 0, 0), light}}};
+  const Image image = contact_sheet(pack, &scene, sheet, report);
+  for (const int tile : {0, 1})
+    for (int c = 0; c < 3; ++c)  // halves: 2^-11; a voxel's opacity is capped at 0.9999 and what shines through is grey 0.18
+      EXPECT_NEAR(image.at(tile * 65 + 1 + 32, 1 + 32)[c], ball.color[c] * light[c], 1e-3) << "tile " << tile << " channel " << c;
 }
 
 }  // namespace
