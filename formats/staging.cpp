@@ -62,6 +62,22 @@ void remove_leftovers(const fs::path& target) {
   for (const fs::path& path : found) fs::remove_all(path, ec);
 }
 
+// Makes the folders of `path` that are not there and lists them, outermost first. 0, or the error's number.
+int make_folders(const fs::path& path, std::vector<fs::path>* made) {
+  std::error_code ec;
+  if (path.empty() || fs::is_directory(path, ec)) return 0;
+  if (const int cause = path.has_relative_path() ? make_folders(path.parent_path(), made) : 0) return cause;
+  if (mkdir(path.c_str(), 0777) == 0) made->push_back(path);
+  else if (errno != EEXIST || !fs::is_directory(path, ec)) return errno == EEXIST ? ENOTDIR : errno;
+  return 0;
+}
+
+// Innermost first; one that has got something in it stays, and with it those around it.
+void remove_folders(const std::vector<fs::path>& made) {
+  for (auto folder = made.rbegin(); folder != made.rend(); ++folder)
+    if (rmdir(folder->c_str()) != 0) return;
+}
+
 void sync_folder(const fs::path& folder) {
   const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;
@@ -73,15 +89,19 @@ void sync_folder(const fs::path& folder) {
 
 StagingFolder::StagingFolder(const fs::path& target) : target_(target) {
   if (target.filename().empty()) throw Error(Code::kFile, target.string(), "is not a place for a pack");
-  std::error_code ec;
-  fs::create_directories(target.parent_path(), ec);
-  if (ec) fail(target.parent_path(), "cannot be made", ec.value());
+  if (const int cause = make_folders(target.parent_path(), &made_)) {
+    remove_folders(made_);
+    fail(target.parent_path(), "cannot be made", cause);
+  }
   remove_leftovers(target);
   const std::string stem = prefix_of(target) + std::to_string(getpid()) + "-";
   for (unsigned n = 0;; ++n) {
     path_ = target.parent_path() / (stem + std::to_string(n));
     if (mkdir(path_.c_str(), 0777) == 0) break;
-    if (errno != EEXIST) fail(target, "cannot be written", errno);
+    if (const int cause = errno; cause != EEXIST) {
+      remove_folders(made_);
+      fail(target, "cannot be written", cause);
+    }
   }
   lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ >= 0) flock(lock_, LOCK_EX | LOCK_NB);
@@ -91,6 +111,7 @@ StagingFolder::~StagingFolder() {
   std::error_code ec;
   fs::remove_all(path_, ec);
   if (lock_ >= 0) close(lock_);
+  remove_folders(made_);
 }
 
 void StagingFolder::commit(bool exchange) {
@@ -111,6 +132,7 @@ void StagingFolder::commit(bool exchange) {
       path_ = old;
     }
   }
+  made_.clear();
   sync_folder(target_.parent_path());
 }
 
