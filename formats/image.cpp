@@ -128,8 +128,10 @@ class ByteEncoder {
 
 // The number of channels is a constant, so that comparing and copying a pixel take an instruction or two.
 template <std::size_t kChannels>
-void encode_pixels(const std::vector<float>& from, std::vector<std::uint8_t>& to) {
+PixelCount encode_pixels(const std::vector<float>& from, std::vector<std::uint8_t>& to) {
   static const ByteEncoder encoder;
+  static const float most = srgb_to_linear(255.5f / 255.0f);  // above it the nearest step would not be the last
+  PixelCount total, one;                                      // of all pixels; of the one before
   constexpr std::size_t kColors = kChannels % 2 == 0 ? kChannels - 1 : kChannels;
   for (std::size_t i = 0; i < to.size(); i += kChannels) {
     const float* pixel = from.data() + i;
@@ -137,20 +139,30 @@ void encode_pixels(const std::vector<float>& from, std::vector<std::uint8_t>& to
     // Most of a slice is one colour: a pixel like the last one has its bytes.
     if (i > 0 && std::memcmp(pixel, pixel - kChannels, kChannels * sizeof(float)) == 0) {
       std::memcpy(out, out - kChannels, kChannels);
+      total.seen += one.seen;
+      total.clipped += one.clipped;
       continue;
     }
     for (std::size_t c = 0; c < kColors; ++c) out[c] = encoder.color(pixel[c]);
     if constexpr (kColors < kChannels) out[kColors] = ByteEncoder::alpha(pixel[kColors]);
+    one = {1, 0};
+    if constexpr (kColors < kChannels) one.seen = out[kColors] > 0;
+    if (one.seen)
+      for (std::size_t c = 0; c < kColors; ++c)
+        if (pixel[c] > most) one.clipped = 1;
+    total.seen += one.seen;
+    total.clipped += one.clipped;
   }
+  return total;
 }
 
-std::vector<std::uint8_t> encoded(const Image& image) {
+std::vector<std::uint8_t> encoded(const Image& image, PixelCount* count) {
   std::vector<std::uint8_t> bytes(image.pixels.size());
   switch (image.channels) {
-    case 1: encode_pixels<1>(image.pixels, bytes); break;
-    case 2: encode_pixels<2>(image.pixels, bytes); break;
-    case 3: encode_pixels<3>(image.pixels, bytes); break;
-    default: encode_pixels<4>(image.pixels, bytes);
+    case 1: *count = encode_pixels<1>(image.pixels, bytes); break;
+    case 2: *count = encode_pixels<2>(image.pixels, bytes); break;
+    case 3: *count = encode_pixels<3>(image.pixels, bytes); break;
+    default: *count = encode_pixels<4>(image.pixels, bytes);
   }
   return bytes;
 }
@@ -181,11 +193,12 @@ Image read_image(const std::string& path, bool raw) {
   return image;
 }
 
-void write_png(const Image& image, const std::string& path) {
+void write_png(const Image& image, const std::string& path, PixelCount* count) {
   check_shape(image, path);
+  PixelCount unasked;
   const auto channels = static_cast<std::size_t>(image.channels);
   const std::size_t row = static_cast<std::size_t>(image.width) * channels;
-  std::vector<std::uint8_t> bytes = encoded(image);
+  std::vector<std::uint8_t> bytes = encoded(image, count ? count : &unasked);
   std::vector<png_bytep> rows;
   for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y) rows.push_back(bytes.data() + y * row);
   File file(path);

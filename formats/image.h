@@ -1,5 +1,6 @@
 #pragma once
 // Pictures in memory and the one place where they are read and written.
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,15 @@ struct Image {
 // Throws Error{kFile} when the file is missing or damaged, Error{kUnsupported} when the module is not installed. Thread-safe.
 [[nodiscard]] Image read_image(const std::string& path, bool raw = false);
 
-// 8-bit PNG: straight alpha, sRGB colour. Deterministic bytes. Needs no image module. Channels 1..4. Throws Error{kFile}.
-void write_png(const Image& image, const std::string& path);
+// Pixels of a picture that are not wholly transparent, and those of them brighter than 8 bits can hold: a channel above 1 by more than half
+// a step, stored as 1.
+struct PixelCount {
+  std::int64_t seen = 0, clipped = 0;
+};
+
+// 8-bit PNG: straight alpha, sRGB colour. Deterministic bytes. Needs no image module. Channels 1..4. `count`, when not null, receives the
+// picture's pixels. Throws Error{kFile}.
+void write_png(const Image& image, const std::string& path, PixelCount* count = nullptr);
 
 // Half-float EXR: premultiplied linear. Deterministic bytes. Loads the image module. Throws as read_image.
 void write_exr(const Image& image, const std::string& path);

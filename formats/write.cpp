@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -117,6 +118,15 @@ LevelRecord write_level(const Level& level, int number, const fs::path& folder, 
   return record;
 }
 
+// One line for all of them, however many slices.
+void report_clipped(const PixelCount& pixels, Report& report) {
+  if (pixels.clipped == 0) return;
+  const double share = 100.0 * static_cast<double>(pixels.clipped) / static_cast<double>(pixels.seen);
+  char text[16];
+  std::snprintf(text, sizeof text, share < 0.01 ? "below %.2f" : "%.3g", std::max(share, 0.01));
+  report.issue("slices-clipped", std::string(text) + " % of the slices' pixels are brighter than PNG can hold and were stored as 1; use --slice-format exr or less --light", pixels.clipped);
+}
+
 // Relative where pack and source share more than the root: a way up to the root and down again would be an absolute path in disguise.
 std::string source_path(const std::string& source, const fs::path& target) {
   std::error_code ec;
@@ -137,6 +147,16 @@ std::vector<SourceFile> hashed_sources(const std::vector<SourceFile>& sources, c
   return result;
 }
 
+// Only told, not kept: where a pack lies is no property of it.
+void report_bare_names(const std::vector<SourceFile>& read, const std::vector<SourceFile>& kept, Report& report) {
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    if (kept[i].path.find('/') != std::string::npos) continue;
+    report.skip("the way from the pack to " + read[i].path,
+                "they share no folder but the root, so the pack keeps the name alone; name the mesh again for view --truth and --recipe");
+    return;  // one stands for all: what a mesh names lies beside it
+  }
+}
+
 void write_synced(const std::string& path, const std::string& text) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd < 0) fail_writing(path, errno == ENOSPC, std::strerror(errno));
@@ -152,7 +172,7 @@ void write_synced(const std::string& path, const std::string& text) {
   if (cause) fail_writing(path, cause == ENOSPC || cause == EDQUOT || cause == EFBIG, std::strerror(cause));
 }
 
-void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& staging, const WriteOptions& options, const Report& report) {
+void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& staging, const WriteOptions& options, Report& report) {
   Manifest m;
   m.generator = generator();
   m.recipe_json = pack.recipe_json;
@@ -160,8 +180,6 @@ void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& 
   m.cyclic = pack.cyclic;
   m.statistics = pack.statistics;
   m.errors = pack.errors;
-  m.issues = pack.issues;
-  m.skipped = pack.skipped;
   const bool volume = std::any_of(pack.levels.begin(), pack.levels.end(), [](const Level& level) {
     return std::any_of(level.layers.begin(), level.layers.end(), [](const Layer& layer) { return !layer.channels.empty(); });
   });
@@ -170,9 +188,17 @@ void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& 
   tbb::task_group group;
   for (std::size_t l = 0; l < m.levels.size(); ++l)
     group.run([&, l] { m.levels[l] = write_level(pack.levels[l], static_cast<int>(l), staging.path(), options); });
-  group.run([&] { m.slices = write_slices(pack.slices, staging.path(), options.slice_format, report); });
+  PixelCount pixels;
+  group.run([&] { m.slices = write_slices(pack.slices, staging.path(), options.slice_format, report, &pixels); });
   group.run([&] { m.sources = hashed_sources(pack.sources, target); });
   group.wait();
+  Report found;  // goes into the manifest too
+  report_clipped(pixels, found);
+  m.issues = pack.issues;
+  m.issues.insert(m.issues.end(), found.issues.begin(), found.issues.end());
+  m.skipped = pack.skipped;
+  for (const Issue& issue : found.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
+  report_bare_names(pack.sources, m.sources, report);
   if (!pack.preview.empty()) {
     write_png(pack.preview, staging.file("preview.png"));
     m.preview = record_file(staging.path(), "preview.png");

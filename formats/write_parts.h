@@ -8,8 +8,10 @@
 namespace texel {
 
 // Writes every slice of every stack below `folder`, in parallel; each worker holds one slice. Stacks come back sorted by axis and level.
+// `pixels` receives what there is to see in PNG slices, and how much of it was too bright for them; zeros for EXR.
 // Throws Error{kFile}, Error{kRunning} (a stack whose pictures are not of the size it states).
-[[nodiscard]] std::vector<StackRecord> write_slices(const std::vector<SliceStack>& stacks, const std::filesystem::path& folder, SliceFormat format, const Report& report);
+[[nodiscard]] std::vector<StackRecord> write_slices(const std::vector<SliceStack>& stacks, const std::filesystem::path& folder, SliceFormat format,
+                                                    const Report& report, PixelCount* pixels);
 
 // Fills in the hash and the bytes of the stack's files. Throws Error{kFile}.
 void sum_stack(StackRecord& record, const std::filesystem::path& folder);

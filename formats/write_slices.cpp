@@ -33,19 +33,21 @@ std::vector<const SliceStack*> in_order(const std::vector<SliceStack>& stacks) {
   return sorted;
 }
 
-void write_slice(const SliceStack& s, int k, const std::string& path, SliceFormat format) {
+PixelCount write_slice(const SliceStack& s, int k, const std::string& path, SliceFormat format) {
   const Image image = s.image(k);
   const std::size_t pixels = static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height);
   if (image.width != s.width || image.height != s.height || image.channels != 4 || image.pixels.size() != pixels * 4)
     throw Error(Code::kRunning, path, "slice is " + std::to_string(image.width) + "x" + std::to_string(image.height) + " with " +
                                           std::to_string(image.channels) + " channels instead of " + std::to_string(s.width) + "x" + std::to_string(s.height) + " with 4");
-  if (format == SliceFormat::kPng) write_png(image, path);
+  PixelCount count;
+  if (format == SliceFormat::kPng) write_png(image, path, &count);
   else write_exr(image, path);
+  return count;
 }
 
 }  // namespace
 
-std::vector<StackRecord> write_slices(const std::vector<SliceStack>& stacks, const fs::path& folder, SliceFormat format, const Report& report) {
+std::vector<StackRecord> write_slices(const std::vector<SliceStack>& stacks, const fs::path& folder, SliceFormat format, const Report& report, PixelCount* pixels) {
   const std::vector<const SliceStack*> sorted = in_order(stacks);
   std::vector<StackRecord> records;
   std::vector<Task> tasks;
@@ -60,11 +62,15 @@ std::vector<StackRecord> write_slices(const std::vector<SliceStack>& stacks, con
     for (int k = 0; k < s.count; ++k) tasks.push_back({i, k});
   }
   std::atomic<std::size_t> done{0};
+  std::atomic<std::int64_t> seen{0}, clipped{0};
   tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t t) {
     const SliceStack& s = *sorted[tasks[t].stack];
-    write_slice(s, tasks[t].k, (folder / slice_file(s.axis, s.level, format, tasks[t].k)).string(), format);
+    const PixelCount count = write_slice(s, tasks[t].k, (folder / slice_file(s.axis, s.level, format, tasks[t].k)).string(), format);
+    seen += count.seen;
+    clipped += count.clipped;
     if (report.progress) report.progress("write", static_cast<double>(++done) / static_cast<double>(tasks.size()));
   });
+  *pixels = {seen, clipped};
   tbb::parallel_for(std::size_t{0}, records.size(), [&](std::size_t i) { sum_stack(records[i], folder); });
   return records;
 }

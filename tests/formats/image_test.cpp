@@ -97,6 +97,18 @@ TEST(Png, OddValuesAndPlaces) {
   EXPECT_EQ(error_of([&] { write_png(image, folder.file("b.png")); }).substr(0, 2), "2:");
 }
 
+TEST(Png, CountsWhatItCannotHold) {
+  const TestFolder folder;
+  PixelCount count;
+  // The last one repeats the one before it, which takes another way through the encoder.
+  write_png({5, 1, 4, {1, 1, 1, 1, 0, 1.01f, 0, 1, 9, 9, 9, 0, 2, 2, 2, 0.5f, 2, 2, 2, 0.5f}}, folder.file("a.png"), &count);
+  EXPECT_EQ(count.seen, 4);
+  EXPECT_EQ(count.clipped, 3);
+  write_png({2, 1, 3, {1, 1, 1, 1, 1, 2}}, folder.file("a.png"), &count);
+  EXPECT_EQ(count.seen, 2);
+  EXPECT_EQ(count.clipped, 1);
+}
+
 TEST(Png, FullDiskIsAnError) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "/dev/full is not there";
   EXPECT_EQ(error_of([] { write_png(sample(4, 300, 300), "/dev/full"); }).substr(0, 2), "2:");

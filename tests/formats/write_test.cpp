@@ -298,6 +298,66 @@ TEST(WritePack, SaysWhenTheDiskIsFull) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out"), {}), 1);
 }
 
+TEST(WritePack, TellsWhatIsTooBrightForPngSlices) {
+  const TempFolder folder;
+  Pack pack;
+  pack.grid.n = V3i(2, 2, 1);
+  SliceStack stack{.axis = 2, .level = 0, .count = 1, .width = 2, .height = 2, .thickness = 1, .max_angle = 0, .image = {}};
+  // Too bright; not; too bright but not there; above 1 by less than half a step (1.0045), which the last step stands for.
+  stack.image = [](int) { return Image{2, 2, 4, {2, 0, 0, 1, 0.5f, 0.5f, 0.5f, 1, 5, 5, 5, 0, 1.004f, 1, 1, 0.5f}}; };
+  pack.slices = {stack};
+  Report report;
+  write_pack(pack, folder / "png", {}, report);
+  ASSERT_EQ(report.issues.size(), 1u);
+  EXPECT_EQ(report.issues[0].id, "slices-clipped");
+  EXPECT_EQ(report.issues[0].count, 1);
+  EXPECT_THAT(report.issues[0].text, HasSubstr("33.3 %"));
+  EXPECT_EQ(json::parse(bytes_of(folder / "png/manifest.json"))["issues"][0]["id"], "slices-clipped");
+  report = {};
+  write_pack(pack, folder / "exr", {.slice_format = SliceFormat::kExr}, report);
+  EXPECT_THAT(report.issues, IsEmpty());
+  pack.slices[0].image = [](int) { return Image{2, 2, 4, std::vector<float>(16, 1)}; };
+  write_pack(pack, folder / "white", {}, report);
+  EXPECT_THAT(report.issues, IsEmpty());
+}
+
+TEST(WritePack, TellsWhenASourceIsKeptByNameAlone) {
+  const TempFolder folder;
+  put_bytes(folder / "near.obj", "v 1");
+  Pack pack = ball_pack({.n = 8, .levels = 1});
+  pack.sources = {{folder / "near.obj", "", 0}};
+  Report report;
+  write_pack(pack, folder / "ball", {}, report);
+  EXPECT_THAT(report.skipped, IsEmpty());
+  pack.sources.push_back({"/proc/version", "", 0});  // shares no folder with any pack
+  write_pack(pack, folder / "ball", {}, report);
+  ASSERT_EQ(report.skipped.size(), 1u);
+  EXPECT_THAT(report.skipped[0].what, HasSubstr("/proc/version"));
+  EXPECT_EQ(json::parse(bytes_of(folder / "ball/manifest.json"))["source"][1]["path"], "version");
+}
+
+TEST(Staging, TakesTheFoldersItMadeAwayAgain) {
+  const TempFolder folder;
+  put_bytes(folder / "here/other", "kept");
+  { const StagingFolder staging(folder / "here/a/b/pack"); }
+  EXPECT_FALSE(fs::exists(folder / "here/a"));
+  EXPECT_TRUE(fs::exists(folder / "here/other"));
+  {
+    const StagingFolder staging(folder / "here/a/b/pack");
+    put_bytes(folder / "here/a/from elsewhere", "kept");  // what another program puts there meanwhile
+  }
+  EXPECT_FALSE(fs::exists(folder / "here/a/b"));
+  EXPECT_TRUE(fs::exists(folder / "here/a/from elsewhere"));
+  {
+    StagingFolder staging(folder / "new/b/pack");
+    staging.commit();
+  }
+  EXPECT_TRUE(fs::is_directory(folder / "new/b/pack"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "new/b"), {}), 1);
+  // A file in the way: nothing is left of what was made before it was met.
+  EXPECT_THAT(error_of([&] { const StagingFolder staging(folder / "here/other/pack"); }, Code::kFile), HasSubstr("cannot be made"));
+}
+
 TEST(Staging, SwapsInTwoStepsWhereNamesCannotBeExchanged) {
   const TempFolder folder;
   put_bytes(folder / "pack/old", "old");
