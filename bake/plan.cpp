@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <span>
 #include <string>
 
@@ -13,6 +14,7 @@ namespace texel {
 namespace {
 
 constexpr int kMaxVoxels = 4096;           // per axis: fixed-point products stay below 2⁶² (crossings.cpp)
+constexpr double kLeastEdge = 1e-30, kLargestEdge = 1e30;  // density is depth/h in floats: far from their ends (1e-38, 3e38) on all levels
 constexpr double kFlat = 1e-13;            // of a component's cubed extent: above the rounding of a volume, below any slab worth a fill
 constexpr double kWallSnap = 0x1p-30;      // voxels; far above double rounding at 4096 voxels, far below any feature
 
@@ -50,8 +52,12 @@ Grid make_grid(const Box3d& bounds, const Recipe& recipe) {
   } else {
     grid.h = longest / std::max(1, recipe.resolution.x - 2 * margin);
   }
-  // A scene may be a single point or smaller than double can divide; any voxel will do then.
-  if (!(grid.h > 0) || !std::isfinite(grid.h)) grid.h = 1;
+  if (!(longest > 0) && recipe.voxel_size <= 0) grid.h = 1;  // a single point: any voxel will do
+  if (!(grid.h >= kLeastEdge && grid.h <= kLargestEdge)) {
+    char edge[32];
+    std::snprintf(edge, sizeof edge, "%.3g", grid.h);
+    throw Error(Code::kBadInput, "", std::string("voxels would be ") + edge + " units wide, which the grids' floats cannot hold (1e-30 to 1e30)", "scale the model");
+  }
   for (int a = 0; a < 3; ++a) {
     const bool longest_axis = size[a] == longest && recipe.voxel_size <= 0 && !counts_given;
     if (counts_given && recipe.voxel_size <= 0) grid.n[a] = recipe.resolution[a];

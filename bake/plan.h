@@ -23,7 +23,8 @@ struct Plan {
   Statistics statistics;            // triangles … volume; colour and voxel counts come later
 };
 
-// Throws Error{kBadInput} when no triangle has an area, Error{kCommandLine} for a box or resolution that cannot be.
+// Throws Error{kBadInput} when no triangle has an area or the voxel edge is not within 1e-30 … 1e30 units (density, depth/h, is a float),
+// Error{kCommandLine} for a box or resolution that cannot be.
 // Cost: O(t log t) for the components of t triangles, skipped when the recipe fills nothing.
 [[nodiscard]] Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>& has_cutouts, Report& report);
 

@@ -208,6 +208,37 @@ TEST(Degenerate, Scales) {
     }
   }
 }
+// density is depth/h in a float: exact to rounding as far as the limits, and refused beyond them.
+TEST(Degenerate, VoxelsThatFloatsCannotHold) {
+  Scene s = empty_scene();
+  add_ball(s, 1, 12);
+  Recipe recipe = everything(20);
+  const Pack straight = bake_quietly(s, recipe);
+  for (const double edge : {1.001e-30, 0.999e30}) {
+    SCOPED_TRACE(edge);
+    const double scale = edge / straight.grid.h;
+    const Pack pack = bake_quietly(transformed(s, [&](const V3d& p) { return p * scale; }), recipe);
+    const Channel *a = straight.levels[0].find("density"), *b = pack.levels[0].find("density");
+    ASSERT_EQ(a->values.size(), b->values.size());
+    double ours = 0, theirs = 0;
+    for (std::size_t i = 0; i < a->values.size(); ++i) {
+      ours += static_cast<double>(a->values[i]);
+      theirs += static_cast<double>(b->values[i]) * scale;
+    }
+    // Each value is rounded to 2^-24 of itself; a ray on an edge may change sides (Scales above), which moves a sum of 3000 voxels little.
+    EXPECT_NEAR(theirs / ours, 1, 1e-4);
+  }
+  for (const double scale : {1e-300, 1e-40, 1e-30, 1e32, 1e90}) {
+    SCOPED_TRACE(scale);
+    try {
+      (void)bake_quietly(transformed(s, [&](const V3d& p) { return p * scale; }), recipe);
+      ADD_FAILURE() << "was baked";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code, Code::kBadInput);
+      EXPECT_NE(std::string(error.what()).find("units wide"), std::string::npos) << error.what();
+    }
+  }
+}
 TEST(Degenerate, TooFarFromTheOrigin) {  // double cannot tell the voxels apart: an error or a pack without nonsense, no crash
   Scene s = empty_scene();
   add_ball(s, 1, 8);
