@@ -48,31 +48,56 @@ int recorded_up(const std::string& pack) {
   return baked.recipe.up;
 }
 
+// A truth that is not the pack's own would be a misleading comparison.
+void warn_of_other_sources(const Pack& pack, const Scene& scene, Report& report) {
+  for (const SourceFile& read : scene.sources) {
+    const std::string sum = file_sha256(read.path);
+    const auto same = [&](const SourceFile& kept) { return kept.sha256 == sum; };
+    if (std::none_of(pack.sources.begin(), pack.sources.end(), same))
+      report.issue("source-differs", "the file is not the one the pack was baked from (another sha256)", 1, read.path);
+  }
+}
+
+// What has no meaning in a mode is refused where it would change the picture asked for; light may stay, for the three modes side by side.
+void check_mode(const ViewSettings& view, const std::string& mode, bool lights, Report& report) {
+  if (view.axis >= 0 && mode != "slices") throw Error(Code::kCommandLine, "--axis", "chooses among slices and means nothing to --mode " + mode, "add --mode slices");
+  if (view.level >= 0 && mode == "truth") throw Error(Code::kCommandLine, "--level", "means nothing to --mode truth", "leave it out");
+  if ((lights || view.no_shadows) && mode == "slices")
+    report.issue("light-not-used", "slices hold the light they were baked with; --light and --no-shadows change nothing");
+}
+
 Image render(const Settings& settings, ViewOptions& options, Report& report) {
   const ViewSettings& view = settings.view;
+  const std::string mode = view.truth ? "truth" : view.mode;
   const std::string& input = settings.inputs.front();
   const auto aim = [&](const Box3d& box, int up) {
     options.camera = orbit_camera(box, view.azimuth, view.elevation, view.fov, up, static_cast<double>(view.width) / view.height);
   };
   std::error_code ec;
   if (!fs::is_directory(input, ec)) {
-    if (!view.mode.empty() && view.mode != "truth")
-      throw Error(Code::kCommandLine, "--mode " + view.mode, "needs a pack, and " + input + " is none", "bake it first, or use --mode truth");
+    if (!mode.empty() && mode != "truth")
+      throw Error(Code::kCommandLine, "--mode " + mode, "needs a pack, and " + input + " is none", "bake it first, or use --mode truth");
+    check_mode(view, "truth", false, report);
     const Scene scene = read_scene(settings.inputs, report);
     aim(bounds(scene), up_axis(settings.recipe.up, scene.sources));
     return view_truth(scene, options, report);
   }
+  check_mode(view, mode.empty() ? "volume" : mode, !settings.recipe.lights.empty(), report);
+  if (settings.inputs.size() > 1 && mode != "truth")
+    throw Error(Code::kCommandLine, settings.inputs[1], "one argument too many", "meshes beside a pack are for --mode truth");
   const Pack pack = read_pack(input);
   // The same camera for the pack and its truth; the side that is up is the one the pack was baked with, unless it is asked for.
   const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded_up(input);
   aim(pack.grid.box(), up_axis(up, pack.sources));
-  if (view.truth || view.mode == "truth") {
-    const std::vector<std::string> meshes = manifest_meshes((fs::path(input) / "manifest.json").string());
-    if (meshes.empty()) throw Error(Code::kBadInput, input, "names no source mesh", "view the mesh itself");
+  if (mode == "truth") {
+    std::vector<std::string> meshes(settings.inputs.begin() + 1, settings.inputs.end());
+    if (meshes.empty()) meshes = manifest_meshes((fs::path(input) / "manifest.json").string());
+    if (meshes.empty()) throw Error(Code::kBadInput, input, "names no source mesh", "name the mesh as a further argument");
     const Scene scene = read_scene(meshes, report);
+    warn_of_other_sources(pack, scene, report);
     return view_truth(scene, options, report);
   }
-  return view.mode == "slices" ? view_slices(pack, options, report) : view_volume(pack, options, report);
+  return mode == "slices" ? view_slices(pack, options, report) : view_volume(pack, options, report);
 }
 
 }  // namespace

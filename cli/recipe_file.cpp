@@ -124,7 +124,7 @@ std::vector<std::string> manifest_meshes(const std::string& manifest_path) {
     const fs::path mesh = (fs::path(manifest_path).parent_path() / path).lexically_normal();
     std::error_code ec;
     if (!fs::exists(mesh, ec))
-      throw Error(Code::kFile, mesh.string(), "source of the pack is not there", "a pack made far from its source keeps the file name only; give the mesh itself as the input");
+      throw Error(Code::kFile, mesh.string(), "source of the pack is not there", "name the mesh as a further argument (a pack far from its source keeps the file's name alone)");
     meshes.push_back(mesh.string());
   }
   return meshes;
