@@ -232,6 +232,8 @@ Pack bake(const Scene& scene, const Recipe& given, Report& report) {
     if (empty > 0) report.skip(std::to_string(empty) + " blocks of 8x8x8 voxels", "without surface: not stored unless partly inside");
   } else {
     report.skip("volume and levels", "not wanted");
+    if (want.levels)
+      report.issue("levels-without-volume", "levels were wanted but no grid: they belong to the volume; coarser stacks of slices are --slice-levels");
   }
   if (!want.slices) report.skip("slices", "not wanted");
 

@@ -71,14 +71,7 @@ Symmetric sggx(const Moments& moments) {
   if (!(e.value[0] > 0)) return {};
   Symmetric s;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double w = std::pow(e.value[i] / e.value[0], kExponent);
-    const V3d& n = e.vector[i];
-    s.xx += w * n.x * n.x;
-    s.yy += w * n.y * n.y;
-    s.zz += w * n.z * n.z;
-    s.xy += w * n.x * n.y;
-    s.xz += w * n.x * n.z;
-    s.yz += w * n.y * n.z;
+    add_outer(s, e.vector[i], std::pow(e.value[i] / e.value[0], kExponent));
   }
   return s;
 }

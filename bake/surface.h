@@ -8,6 +8,17 @@
 
 namespace texel {
 
+// Adds weight·n nᵀ to the six sums of a Moments or a Symmetric.
+template <class Sums>
+void add_outer(Sums& sums, const V3d& n, double weight) {
+  sums.xx += weight * n.x * n.x;
+  sums.yy += weight * n.y * n.y;
+  sums.zz += weight * n.z * n.z;
+  sums.xy += weight * n.x * n.y;
+  sums.xz += weight * n.x * n.z;
+  sums.yz += weight * n.y * n.z;
+}
+
 // Sums over the surface clipped to a voxel; lengths in voxels of level 0, areas in their squares, at every level. Additive.
 struct Moments {
   double area = 0;          // before cut-outs

@@ -82,7 +82,15 @@ void add_slices(Table& table, const Json& slices) {
   }
 }
 
-std::string table_text(const Json& manifest) {
+// Error figures are bounds and rounding leftovers: two digits say all there is to know.
+std::string figure(const Json& value) {
+  if (!value.is_number()) return plain(value);
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.2g", value.get<double>());
+  return buffer;
+}
+
+std::string table_text(const Json& manifest, bool verbose) {
   Table table;
   table.line("generator", plain(member(manifest, "generator")));
   if (member(manifest, "source").is_array())
@@ -98,10 +106,11 @@ std::string table_text(const Json& manifest) {
       for (const auto& [name, item] : object.items()) table.line(name, value(item));
   };
   pairs("statistics", [](const Json& item) { return plain(item); });
-  pairs("error", [](const Json& item) { return plain(member(item, "value")) + " (" + plain(member(item, "how")) + ")"; });
+  pairs("error", [verbose](const Json& item) { return figure(member(item, "value")) + (verbose ? " (" + plain(member(item, "how")) + ")" : ""); });
   if (member(manifest, "issues").is_array())
     for (const Json& i : member(manifest, "issues"))
-      table.line("issue", "[" + plain(member(i, "id")) + "] " + plain(member(i, "text")) + " (" + plain(member(i, "count")) + ")");
+      table.line("issue", "[" + plain(member(i, "id")) + "] " + plain(member(i, "text")) +
+                              (member(i, "count") == 1 ? "" : " (" + plain(member(i, "count")) + " times)"));
   if (member(manifest, "skipped").is_array())
     for (const Json& s : member(manifest, "skipped")) table.line("skipped", plain(member(s, "what")) + ": " + plain(member(s, "why")));
   return table.text();
@@ -111,7 +120,7 @@ std::string table_text(const Json& manifest) {
 
 int command_info(const Settings& settings) {
   const std::string text = read_manifest(only_input(settings, "PACK"));
-  print_product(settings.json ? text : table_text(Json::parse(text)));
+  print_product(settings.json ? text : table_text(Json::parse(text), settings.verbose));
   return 0;
 }
 

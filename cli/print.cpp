@@ -52,6 +52,9 @@ double peak_bytes() {
   return static_cast<double>(usage.ru_maxrss) * 1024;
 }
 
+// Figures travel as doubles; most of them count things.
+bool is_count(double value) { return value == std::floor(value) && std::abs(value) < 0x1p53; }
+
 std::string format(const char* pattern, double value) {
   char buffer[64];
   std::snprintf(buffer, sizeof buffer, pattern, value);
@@ -79,7 +82,7 @@ void print_stages(const Report& report) {
     print_talk(line);
   }
   for (const auto& [what, value] : report.counts)
-    print_talk(what + ": " + (value == std::floor(value) && std::abs(value) < 1e15 ? grouped(static_cast<std::int64_t>(value)) : number_text(value)));
+    print_talk(what + ": " + (is_count(value) ? grouped(static_cast<std::int64_t>(value)) : number_text(value)));
   for (const Skip& skip : report.skipped) print_talk("skipped " + skip.what + ": " + skip.why);
   print_talk("peak memory: " + bytes_text(peak_bytes()));
 }
@@ -104,11 +107,14 @@ std::string report_json(const std::string& status, const Report& report, const P
   j["status"] = status;
   if (!message.empty()) j["message"] = message;
   j["seconds"] = seconds;
-  j["peak_memory"] = peak_bytes();
+  j["peak_memory"] = static_cast<std::int64_t>(peak_bytes());
   j["times"] = Json::array();
   for (const StageTime& t : report.times) j["times"].push_back({{"stage", t.stage}, {"seconds", t.seconds}, {"cpu_seconds", t.cpu_seconds}});
   j["counts"] = Json::object();
-  for (const auto& [what, value] : report.counts) j["counts"][what] = value;
+  for (const auto& [what, value] : report.counts) {
+    if (is_count(value)) j["counts"][what] = static_cast<std::int64_t>(value);
+    else j["counts"][what] = value;
+  }
   j["skipped"] = Json::array();
   for (const Skip& s : report.skipped) j["skipped"].push_back({{"what", s.what}, {"why", s.why}});
   j["issues"] = Json::array();
