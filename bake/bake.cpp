@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "bake/color.h"
 #include "bake/levels.h"
 #include "bake/light.h"
 #include "bake/plan.h"
+#include "bake/polygonize.h"
 #include "bake/quantize.h"
 #include "bake/slice.h"
 #include "bake/surface.h"
@@ -133,11 +135,16 @@ void measure(const Plan& plan, std::span<const Surface> surfaces, const Visibili
 
 }  // namespace
 
-Pack bake(const Scene& scene, const Recipe& given, Report& report) {
+Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   check_recipe(given);
   Recipe recipe = given;
   std::unique_ptr<tbb::global_control> limit;
   if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
+
+  // Implicit surfaces become triangles first, unless the caller has seen to it.
+  std::optional<Scene> made;
+  if (!given_scene.implicits.empty() && given_scene.mesh.made == 0) made = polygonize(given_scene, recipe, report);
+  const Scene& scene = made ? *made : given_scene;
 
   const Want& want = recipe.want;
   const bool opacity = want.density || want.visibility;

@@ -201,7 +201,7 @@ class SliceLight {
   V3d to_eye_;
   std::vector<Light> lights_;
   V3f ambient_;
-  Field normal_, solid_;
+  VoxelField normal_, solid_;
 };
 
 Tile slice_tile(const Pack& pack, const SliceStack& stack, ViewOptions options, bool light, Report& report) {

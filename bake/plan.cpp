@@ -18,10 +18,19 @@ constexpr double kLeastEdge = 1e-30, kLargestEdge = 1e30;  // density is depth/h
 constexpr double kFlat = 1e-13;            // of a component's cubed extent: above the rounding of a volume, below any slab worth a fill
 constexpr double kWallSnap = 0x1p-30;      // voxels; far above double rounding at 4096 voxels, far below any feature
 
-Box3d used_bounds(const Mesh& mesh) {
+// Triangles that were given, rather than made of implicit surfaces.
+std::size_t given_triangles(const Mesh& mesh) { return mesh.triangles.size() - mesh.made; }
+
+Box3d used_bounds(const Scene& scene, const Recipe& recipe) {
+  const Mesh& mesh = scene.mesh;
   Box3d box;
-  for (const auto& t : mesh.triangles)
-    for (const std::uint32_t v : t) box.extendBy(mesh.points[v]);
+  for (std::size_t t = 0; t < given_triangles(mesh); ++t)
+    for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.points[v]);
+  for (const Implicit& solid : scene.implicits) {
+    if (solid.box.isEmpty() && !recipe.box && mesh.made == 0)
+      throw Error(Code::kCommandLine, "--box", "missing: nothing says where " + solid.name + " ends", "give X0,Y0,Z0,X1,Y1,Z1");
+    if (!solid.box.isEmpty()) box.extendBy(solid.box);
+  }
   return box;
 }
 
@@ -138,9 +147,35 @@ void turn_inside_out(const Mesh& mesh, Plan& plan, const Topology& topology, std
   }
   if (turned > 0) report.issue("mesh-inside-out", "closed components are inside out; their faces were turned", turned);
   report.count("cavities", static_cast<double>(cavities));
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+  for (std::size_t t = 0; t < topology.component.size(); ++t)
     if (topology.component[t] != kNoIndex && parts[topology.component[t]].closed)
       plan.turn[t] = static_cast<std::int8_t>(topology.turn[t] * sense[topology.component[t]]);
+}
+
+// Triangles made of implicit surfaces are closed and turned outwards by construction.
+void fill_made(const Scene& scene, Plan& plan, Report& report) {
+  const Mesh& mesh = scene.mesh;
+  for (std::size_t t = given_triangles(mesh); t < mesh.triangles.size(); ++t)
+    if (!(scene.materials[mesh.materials[t]].opacity < 1)) {
+      plan.winding[t] = 1;
+      plan.fill = true;
+    }
+  report.skip("components of " + std::to_string(mesh.made) + " triangles", "made of implicit surfaces: solid by construction");
+}
+
+// Area and volume of what was made of implicit surfaces, as far as it lies in the grid: their triangles do not cross its walls, and go on
+// beyond them only to close what the box cuts.
+void measure_made(const Mesh& mesh, Plan& plan, double* area, double* volume) {
+  const V3d n(plan.grid.n);
+  for (std::size_t t = given_triangles(mesh); t < mesh.triangles.size(); ++t) {
+    const auto& c = mesh.triangles[t];
+    const V3d &p = plan.points[c[0]], &q = plan.points[c[1]], &r = plan.points[c[2]];
+    const V3d middle = (p + q + r) / 3.0, normal = (q - p).cross(r - p) / 2.0;
+    if (middle.x < 0 || middle.y < 0 || middle.x > n.x || middle.y > n.y) continue;
+    // Divergence theorem for the field (0, 0, z): what lies above the grid stands for the share of its upper wall that is inside.
+    *volume += normal.z * std::clamp(middle.z, 0.0, n.z);
+    if (middle.z >= 0 && middle.z <= n.z) *area += normal.length();
+  }
 }
 
 void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& report) {
@@ -149,14 +184,16 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
     report.skip("components, fill", "--fill off");
     return;
   }
-  const Topology topology = find_topology(plan.points, mesh.triangles);
+  if (mesh.made > 0) fill_made(scene, plan, report);
+  if (given_triangles(mesh) == 0) return;
+  const Topology topology = find_topology(plan.points, std::span(mesh.triangles).first(given_triangles(mesh)));
   std::vector<bool> takes_part(topology.components.size());
   std::vector<bool> transparent(topology.components.size(), false);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+  for (std::size_t t = 0; t < topology.component.size(); ++t)
     if (topology.component[t] != kNoIndex && scene.materials[mesh.materials[t]].opacity < 1) transparent[topology.component[t]] = true;
 
   std::vector<Box3d> boxes(topology.components.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+  for (std::size_t t = 0; t < topology.component.size(); ++t)
     if (topology.component[t] != kNoIndex)
       for (const std::uint32_t v : mesh.triangles[t]) boxes[topology.component[t]].extendBy(plan.points[v]);
 
@@ -174,7 +211,7 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
     glass += part.closed && transparent[c];
     if (part.closed) flipped += std::min(part.turned, part.triangles - part.turned);
   }
-  s.components = static_cast<std::int64_t>(topology.components.size());
+  s.components += static_cast<std::int64_t>(topology.components.size());
   if (open > 0)
     report.issue("mesh-open", "components have open edges (" + std::to_string(open_edges) + " in all); they are surfaces without an inside", open);
   if (flipped > 0) report.issue("mesh-flipped", "faces were turned the other way than their neighbours; they were turned back", flipped);
@@ -183,7 +220,7 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
   if (flat > 0) report.skip("fill of " + std::to_string(flat) + " components", "closed without volume");
 
   turn_inside_out(mesh, plan, topology, boxes, takes_part, report);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+  for (std::size_t t = 0; t < topology.component.size(); ++t)
     if (topology.component[t] != kNoIndex && takes_part[topology.component[t]]) { plan.winding[t] = 1; plan.fill = true; }
   const double cell = plan.grid.h * plan.grid.h * plan.grid.h;
   for (std::size_t c = 0; c < topology.components.size(); ++c) {
@@ -207,8 +244,8 @@ V3d triangle_normal(const V3d& a, const V3d& b, const V3d& c, double* area) {
 }
 
 Grid plan_grid(const Scene& scene, const Recipe& recipe) {
-  if (scene.mesh.triangles.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
-  return make_grid(used_bounds(scene.mesh), recipe);
+  if (scene.mesh.triangles.empty() && scene.implicits.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
+  return make_grid(used_bounds(scene, recipe), recipe);
 }
 
 Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>& has_cutouts, Report& report) {
@@ -230,16 +267,24 @@ Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>
   Statistics& s = plan.statistics;
   s.triangles = static_cast<std::int64_t>(mesh.triangles.size());
   double area_voxels = 0;
-  for (const auto& t : mesh.triangles) {
+  for (std::size_t i = 0; i < given_triangles(mesh); ++i) {
+    const auto& t = mesh.triangles[i];
     double area = 0;
     (void)triangle_normal(plan.points[t[0]], plan.points[t[1]], plan.points[t[2]], &area);
     area_voxels += area;
     s.degenerate += !(area > 0);
   }
+  double made_volume = 0;
+  measure_made(mesh, plan, &area_voxels, &made_volume);
   s.area = area_voxels * plan.grid.h * plan.grid.h;
   if (!(area_voxels > 0)) throw Error(Code::kBadInput, "", "no triangle has an area", "check the input file");
   if (s.degenerate > 0) report.issue("degenerate-triangles", "triangles have no area; they change nothing", s.degenerate);
   find_solids(scene, recipe, plan, report);
+  if (mesh.made > 0) {
+    s.components += static_cast<std::int64_t>(scene.implicits.size());
+    s.closed += static_cast<std::int64_t>(scene.implicits.size());
+    if (plan.fill) s.volume += made_volume * plan.grid.h * plan.grid.h * plan.grid.h;
+  }
   return plan;
 }
 

@@ -30,6 +30,8 @@ struct Light {
 };
 
 struct Recipe {
+  std::string implicit;                   // expression in x, y, z that stands beside the inputs (formats/expression.h); empty: none
+  std::optional<double> iso;              // of every implicit input; default: the input's own (0; 0.5 of densities)
   V3i resolution{128, 0, 0};              // .x voxels along the longest side when y = z = 0, else NX,NY,NZ; 1…4096
   double voxel_size = 0;                  // world units; 0: from the resolution
   std::optional<Box3d> box;               // world; default: bounds and margin

@@ -17,6 +17,7 @@ struct Facet {
   std::uint32_t triangle;
   V3d normal;          // turned, unit, voxel space = world directions
   V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
+  std::array<double, 6> square;  // mean of n nᵀ over the triangle: xx, yy, zz, xy, xz, yz
   bool one_sided, sampled, closed;
   float coverage;      // where it is not sampled
   float uv_width;      // uv per world length
@@ -33,6 +34,26 @@ struct Layer8 {
   std::vector<V3d> color;
   std::vector<MaterialSums> material;
 };
+
+std::array<double, 6> outer(const V3d& n) { return {n.x * n.x, n.y * n.y, n.z * n.z, n.x * n.y, n.x * n.z, n.y * n.z}; }
+
+// Mean of n nᵀ over a triangle with the surface's own normals at its corners, which knows how the surface bends within it. Where the
+// normals belong together they are interpolated, and the integral is exact; over an edge of the surface each counts for a third.
+bool mean_square(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner, std::array<double, 6>& mean) {
+  constexpr double kTogether = 0.5;  // cosine
+  if (mesh.normals.empty()) return false;
+  const V3d n[3] = {V3d(mesh.normals[corner[0]]), V3d(mesh.normals[corner[1]]), V3d(mesh.normals[corner[2]])};
+  for (const V3d& v : n)
+    if (!(v.length2() > 0)) return false;
+  mean = {};
+  for (const V3d& v : n)
+    for (std::size_t i = 0; i < 6; ++i) mean[i] += outer(v)[i];
+  if (n[0].dot(n[1]) > kTogether && n[1].dot(n[2]) > kTogether && n[2].dot(n[0]) > kTogether)
+    for (std::size_t i = 0; i < 6; ++i) mean[i] += outer(n[0] + n[1] + n[2])[i];
+  const double trace = mean[0] + mean[1] + mean[2];
+  for (double& v : mean) v /= trace;
+  return true;
+}
 
 struct Clipper {
   const Scene& scene;
@@ -52,6 +73,7 @@ struct Clipper {
     facet.origin = a;
     facet.g1 = (c - a).cross(cross) / square;
     facet.g2 = cross.cross(b - a) / square;
+    if (!mean_square(scene.mesh, tri, facet.square)) facet.square = outer(facet.normal);
     const std::uint32_t material = scene.mesh.materials[t];
     facet.one_sided = !plan.two_sided[material];
     facet.closed = plan.winding[t] != 0;
@@ -111,12 +133,12 @@ struct Clipper {
     sums.area += area;
     sums.covered += w;
     if (facet.one_sided) sums.m += n * w;
-    sums.xx += w * n.x * n.x;
-    sums.yy += w * n.y * n.y;
-    sums.zz += w * n.z * n.z;
-    sums.xy += w * n.x * n.y;
-    sums.xz += w * n.x * n.z;
-    sums.yz += w * n.y * n.z;
+    sums.xx += w * facet.square[0];
+    sums.yy += w * facet.square[1];
+    sums.zz += w * facet.square[2];
+    sums.xy += w * facet.square[3];
+    sums.xz += w * facet.square[4];
+    sums.yz += w * facet.square[5];
     Projected& shadow = layer.projected[static_cast<std::size_t>(number)];
     for (int a = 0; a < 3; ++a) {
       const double across = std::abs(n[a]) * w;

@@ -82,7 +82,7 @@ std::array<V3d, kNormals> visible_normals(const Symmetric& s, const V3d& v) {
 
 }  // namespace
 
-Field::Field(const Level& level, const std::string& name, int components) {
+VoxelField::VoxelField(const Level& level, const std::string& name, int components) {
   const Layer* layer = nullptr;
   const Channel* channel = level.find(name, &layer);
   if (!channel) return;
@@ -107,7 +107,7 @@ Field::Field(const Level& level, const std::string& name, int components) {
   channel_ = channel;
 }
 
-const float* Field::at(const V3i& voxel) const {
+const float* VoxelField::at(const V3i& voxel) const {
   if (!channel_ || voxel.x < 0 || voxel.y < 0 || voxel.z < 0) return nullptr;
   const V3i b(voxel.x >> 3, voxel.y >> 3, voxel.z >> 3);
   if (!inside(b, blocks_)) return nullptr;
@@ -121,17 +121,17 @@ const float* Field::at(const V3i& voxel) const {
   return channel_->values.data() + static_cast<std::size_t>(block.index(x, y, z)) * c;
 }
 
-V3f Field::color(const V3i& voxel, const V3f& otherwise) const {
+V3f VoxelField::color(const V3i& voxel, const V3f& otherwise) const {
   const float* p = at(voxel);
   return p ? V3f(p[0], p[1], p[2]) : otherwise;
 }
 
-float Field::value(const V3i& voxel, float otherwise) const {
+float VoxelField::value(const V3i& voxel, float otherwise) const {
   const float* p = at(voxel);
   return p ? *p : otherwise;
 }
 
-bool Field::has_block(const V3i& block) const { return inside(block, blocks_) && channel_ && slots_[place(block, blocks_)] != 0; }
+bool VoxelField::has_block(const V3i& block) const { return inside(block, blocks_) && channel_ && slots_[place(block, blocks_)] != 0; }
 
 LitLevel::LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow)
     : level_(level), eye_(eye), shadow_(shadow ? shadow : this), alpha_(level, "alpha", 3), density_(level, "density", 1), solid_(level, "solid", 1),

@@ -12,11 +12,11 @@
 namespace texel {
 
 // One channel of a level, by voxel.
-class Field {
+class VoxelField {
  public:
-  Field() = default;
+  VoxelField() = default;
   // Absent where the level has no such channel. Throws Error{kBadInput} where it has other components or fewer values than voxels.
-  Field(const Level& level, const std::string& name, int components);
+  VoxelField(const Level& level, const std::string& name, int components);
 
   [[nodiscard]] bool present() const { return channel_ != nullptr; }
   // The voxel's values; null where it is not active or outside the grid.
@@ -54,7 +54,7 @@ struct Eye {
 
 class LitLevel {
  public:
-  // Keeps references to `level`, `eye` and `shadow` (null: itself), which must outlive it. Throws as Field; Error{kBadInput} without
+  // Keeps references to `level`, `eye` and `shadow` (null: itself), which must outlive it. Throws as VoxelField; Error{kBadInput} without
   // the grids "alpha" and "density".
   LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow);
 
@@ -84,8 +84,8 @@ class LitLevel {
   const Level& level_;
   const Eye& eye_;
   const LitLevel* shadow_;
-  Field alpha_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
-  const Field* matter_ = nullptr;
+  VoxelField alpha_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
+  const VoxelField* matter_ = nullptr;
   V3i blocks_{0, 0, 0};
   struct Place {
     std::uint64_t near = 0;               // bit x<<4 | y<<2 | z: matter within one voxel of that cell of 2³

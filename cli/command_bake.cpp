@@ -9,10 +9,12 @@
 #include <cmath>
 #include <filesystem>
 #include <future>
+#include <numbers>
 #include <optional>
 #include <thread>
 
 #include "bake/bake.h"
+#include "bake/polygonize.h"
 #include "bake/view.h"
 #include "cli/commands.h"
 #include "cli/interrupt.h"
@@ -68,8 +70,15 @@ double mesh_area(const Mesh& mesh) {
 double memory_estimate(const Scene& scene, const Settings& settings, const Grid& grid) {
   const Recipe& recipe = settings.recipe;
   const Mesh& mesh = scene.mesh;
-  const double geometry = 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
-  const double cells = std::min(1.5 * mesh_area(mesh) / (grid.h * grid.h), static_cast<double>(grid.voxels()));
+  // Of a function nothing is known but its box: as much surface as an ellipsoid that fills it, two triangles a cell.
+  double implicit_area = 0;
+  for (const Implicit& solid : scene.implicits) {
+    const V3d size = (solid.box.isEmpty() ? grid.box() : solid.box).size();
+    implicit_area += 2 * std::numbers::pi / 4 * (size.x * size.y + size.y * size.z + size.z * size.x);
+  }
+  const double area = mesh_area(mesh) + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
+  const double geometry = made + 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
+  const double cells = std::min(1.5 * area / (grid.h * grid.h), static_cast<double>(grid.voxels()));
   constexpr double kBytesPerCell = 4 * 40, kBytesPerCrossing = 24;  // 40 stored floats and moments; place, triangle, side
   const double crossings = cells * recipe.samples * recipe.samples;
   const double slice = 16.0 * std::max({1.0 * grid.n.x * grid.n.y, 1.0 * grid.n.y * grid.n.z, 1.0 * grid.n.x * grid.n.z});
@@ -85,6 +94,7 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   };
   const auto corner = [](const V3d& v) { return "(" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + ")"; };
   line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
+  if (!scene.implicits.empty()) line("implicit", grouped(static_cast<std::int64_t>(scene.implicits.size())) + (scene.implicits.size() == 1 ? " solid" : " solids"));
   line("box", corner(box.min) + " .. " + corner(box.max));
   line("grid", size_text(grid.n) + " voxels of " + number_text(grid.h));
   line("memory", "about " + bytes_text(memory_estimate(scene, settings, grid)));
@@ -115,7 +125,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   Scene scene;
   {
     const StageTimer timer(report, "read");
-    scene = read_scene(settings.inputs, report);
+    scene = read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso}, report);
   }
   stop_if_interrupted();
   const std::string recipe = recipe_json(settings);
@@ -141,6 +151,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   if (settings.recipe.want.slices) require_slice_writer(settings.recipe.write.slice_format);
   std::future<void> opening;
   if (settings.recipe.want.volume()) opening = open_volume_writer();
+  scene = polygonize(std::move(scene), settings.recipe, report);  // here rather than in bake: the preview shows it too
   Pack& pack = outcome.pack.emplace(bake(scene, settings.recipe, report));
   pack.recipe_json = recipe;
   pack.sources = scene.sources;
@@ -186,7 +197,8 @@ void refuse_file_name(const std::string& output) {
 }  // namespace
 
 int command_bake(const Settings& settings) {
-  if (settings.inputs.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --recipe with a pack");
+  if (settings.inputs.empty() && settings.recipe.implicit.empty())
+    throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --implicit, or --recipe with a pack");
   if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
   refuse_file_name(settings.output);
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "bake/polygonize.h"
 #include "bake/view.h"
 #include "cli/commands.h"
 #include "cli/interrupt.h"
@@ -18,6 +19,8 @@ namespace texel {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kTruthVoxels = 256;  // the lattice on which an implicit surface without a pack becomes triangles
 
 enum class Format { kPng, kExr };
 
@@ -37,15 +40,15 @@ Box3d bounds(const Scene& scene) {
 }
 
 // What the pack's recipe says; a pack may also come from elsewhere and have none that can be read.
-int recorded_up(const std::string& pack) {
+Recipe recorded_recipe(const std::string& pack) {
   Settings baked;
   baked.inputs = {pack};
   try {
     read_recipe_file(pack, baked);
   } catch (const Error&) {
-    return -1;
+    return {};
   }
-  return baked.recipe.up;
+  return baked.recipe;
 }
 
 // A truth that is not the pack's own would be a misleading comparison.
@@ -69,16 +72,18 @@ void check_mode(const ViewSettings& view, const std::string& mode, bool lights, 
 Image render(const Settings& settings, ViewOptions& options, Report& report) {
   const ViewSettings& view = settings.view;
   const std::string mode = view.truth ? "truth" : view.mode;
-  const std::string& input = settings.inputs.front();
+  const std::string input = settings.inputs.empty() ? "" : settings.inputs.front();
   const auto aim = [&](const Box3d& box, int up) {
     options.camera = orbit_camera(box, view.azimuth, view.elevation, view.fov, up, static_cast<double>(view.width) / view.height);
   };
   std::error_code ec;
-  if (!fs::is_directory(input, ec)) {
+  if (input.empty() || !fs::is_directory(input, ec)) {
     if (!mode.empty() && mode != "truth")
-      throw Error(Code::kCommandLine, "--mode " + mode, "needs a pack, and " + input + " is none", "bake it first, or use --mode truth");
+      throw Error(Code::kCommandLine, "--mode " + mode, "needs a pack, and " + (input.empty() ? "--implicit" : input) + " is none", "bake it first, or use --mode truth");
     check_mode(view, "truth", false, report);
-    const Scene scene = read_scene(settings.inputs, report);
+    Recipe recipe = settings.recipe;
+    recipe.resolution = V3i(kTruthVoxels, 0, 0);
+    const Scene scene = polygonize(read_scene(settings.inputs, {recipe.implicit, recipe.iso}, report), recipe, report);
     aim(bounds(scene), up_axis(settings.recipe.up, scene.sources));
     return view_truth(scene, options, report);
   }
@@ -87,14 +92,16 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
     throw Error(Code::kCommandLine, settings.inputs[1], "one argument too many", "meshes beside a pack are for --mode truth");
   const Pack pack = read_pack(input);
   // The same camera for the pack and its truth; the side that is up is the one the pack was baked with, unless it is asked for.
-  const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded_up(input);
+  const Recipe recorded = recorded_recipe(input);
+  const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded.up;
   aim(pack.grid.box(), up_axis(up, pack.sources));
   if (mode == "truth") {
     std::vector<std::string> meshes(settings.inputs.begin() + 1, settings.inputs.end());
     if (meshes.empty()) meshes = manifest_meshes((fs::path(input) / "manifest.json").string());
-    if (meshes.empty()) throw Error(Code::kBadInput, input, "names no source mesh", "name the mesh as a further argument");
-    const Scene scene = read_scene(meshes, report);
+    if (meshes.empty() && recorded.implicit.empty()) throw Error(Code::kBadInput, input, "names no source mesh", "name the mesh as a further argument");
+    Scene scene = read_scene(meshes, {recorded.implicit, recorded.iso}, report);
     warn_of_other_sources(pack, scene, report);
+    scene = polygonize(std::move(scene), recorded, report);
     return view_truth(scene, options, report);
   }
   return mode == "slices" ? view_slices(pack, options, report) : view_volume(pack, options, report);
@@ -103,7 +110,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
 }  // namespace
 
 int command_view(const Settings& settings) {
-  if (settings.inputs.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name a pack or a mesh");
+  if (settings.inputs.empty() && settings.recipe.implicit.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name a pack or a mesh");
   if (settings.output.empty()) throw Error(Code::kCommandLine, "--output", "missing", "name the picture, e.g. -o tree.png");
   const Format format = picture_format(settings.output);
   std::optional<tbb::global_control> limit;

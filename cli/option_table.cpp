@@ -98,6 +98,20 @@ OptionRow number(OptionRow row, Ref ref, Interval interval) {
   return row;
 }
 
+// A number that need not be given.
+template <class Ref>
+OptionRow maybe_number(OptionRow row, Ref ref) {
+  row.accepts = "a number";
+  row.set = [=](Settings& s, const std::string& value) {
+    double v = 0;
+    if (!read_number(value, &v)) return false;
+    ref(s) = v;
+    return true;
+  };
+  row.get = [=](const Settings& s) { return ref(s) ? number_text(*ref(s)) : std::string(); };
+  return row;
+}
+
 template <class Ref, class Enum>
 OptionRow choice(OptionRow row, Ref ref, std::vector<std::pair<const char*, Enum>> values) {
   for (const auto& [word, value] : values) row.accepts += (row.accepts.empty() ? "" : ", ") + std::string(word);
@@ -369,6 +383,13 @@ std::vector<OptionRow> option_table() {
       text({.name = "output", .letter = 'o', .metavar = "PATH", .group = kFiles, .commands = kBake | kView,
             .help = "where the product goes: the pack's folder (NAME.texel) or the picture (.png, .exr)"},
            [](auto& s) -> auto& { return s.output; }),
+      text({.name = "implicit", .metavar = "EXPR", .group = kFiles, .commands = kBake | kView,
+            .help = "the solid where this function of x, y, z is >= --iso, as an INPUT or beside others (docs/inputs.md)", .in_recipe = true,
+            .literal = true, .shown_default = "none", .accepts = "an expression"},
+           [](auto& s) -> auto& { return s.recipe.implicit; }),
+      maybe_number({.name = "iso", .metavar = "V", .group = kFiles, .commands = kBake | kView, .help = "implicit surfaces lie where their function has this value",
+                    .in_recipe = true, .shown_default = "the input's own, for --implicit 0"},
+                   [](auto& s) -> auto& { return s.recipe.iso; }),
       text({.name = "recipe", .metavar = "FILE", .group = kFiles, .commands = kBake,
             .help = "options from a JSON file, or from a pack or its manifest to rebake it; the command line beats it"},
            [](auto& s) -> auto& { return s.recipe_file; }),
@@ -391,7 +412,7 @@ std::vector<OptionRow> option_table() {
       number({.name = "voxel-size", .metavar = "S", .group = kGridGroup, .commands = kBake,
               .help = "voxel edge in world units, instead of a resolution", .in_recipe = true, .shown_default = "from the resolution"},
              [](auto& s) -> auto& { return s.recipe.voxel_size; }, {0, far, true, true}),
-      box({.name = "box", .metavar = "X0,Y0,Z0,X1,Y1,Z1", .group = kGridGroup, .commands = kBake, .help = "region to bake, world units",
+      box({.name = "box", .metavar = "X0,Y0,Z0,X1,Y1,Z1", .group = kGridGroup, .commands = kBake | kView, .help = "region to bake, or to make triangles of an implicit surface in, world units",
            .in_recipe = true, .shown_default = "the scene's bounds and --margin"}),
       integer({.name = "margin", .metavar = "N", .group = kGridGroup, .commands = kBake, .help = "voxels around the scene's bounds",
                .in_recipe = true},

@@ -47,6 +47,7 @@ struct OptionRow {
   bool in_recipe = false;              // it influences the pack's bytes
   bool repeatable = false;
   bool list = false;                   // always an array in JSON
+  bool literal = false;                // always one string in JSON, whatever is in it
   const char* shown_default = nullptr; // where get() of the default would not read well
   std::string accepts{};               // range or list of values, as shown in help and errors
   // Takes one value as text; false: not acceptable. For a switch "true" or "false".

@@ -145,6 +145,7 @@ std::string recipe_json(const Settings& settings) {
     if (!row.in_recipe) continue;
     const std::string value = row.get(settings);
     if (row.is_switch()) recipe[row.key()] = value == "true";
+    else if (row.literal) recipe[row.key()] = value.empty() ? Json(nullptr) : Json(value);
     else if (row.repeatable) recipe[row.key()] = list(value, ' ');
     else if (row.list || value.find(',') != std::string::npos) recipe[row.key()] = list(value, ',');
     else recipe[row.key()] = scalar(value);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "formats/error.h"
+#include "formats/expression.h"
 #include "formats/readers.h"
 
 namespace texel {
@@ -124,6 +125,10 @@ void join(Scene& to, Scene&& from) {
   append(a.triangles, b.triangles);
   append(a.uv_corners, b.uv_corners);
   append(a.materials, b.materials);
+  for (Implicit& solid : from.implicits) {
+    solid.material += materials;
+    to.implicits.push_back(std::move(solid));
+  }
   append(to.materials, from.materials);
   for (SourceFile& source : from.sources)
     if (std::none_of(to.sources.begin(), to.sources.end(), [&](const SourceFile& s) { return s.path == source.path; }))
@@ -199,6 +204,23 @@ bool decode_color(const double* rgb, V3f& linear) {
   return true;
 }
 
+Scene implicit_scene(std::shared_ptr<const Field> field, double iso, const std::string& name) {
+  Scene scene;
+  scene.materials.push_back(plain_color("default", Material().kd));
+  Box3d box = field->bounds(iso);
+  if (!box.isEmpty()) {
+    // Found by halving: what is off a short number by less than any voxel is put on it.
+    const V3d size = box.size();
+    const double step = std::exp2(std::ceil(std::log2(std::max({size.x, size.y, size.z}))) - 24);
+    for (int a = 0; a < 3; ++a) {
+      box.min[a] = std::nearbyint(box.min[a] / step) * step;
+      box.max[a] = std::nearbyint(box.max[a] / step) * step;
+    }
+  }
+  scene.implicits.push_back({std::move(field), iso, box, 0, name});
+  return scene;
+}
+
 Material plain_color(std::string name, const V3f& kd) {
   Material m;
   m.name = std::move(name);
@@ -240,18 +262,26 @@ void FaceColors::report_to(Report& report, const std::string& path) const {
   if (overflow_) report.issue("face-colors-many", "faces past the first 4096 different face colours are grey", overflow_, path);
 }
 
-Scene read_scene(std::span<const std::string> paths, Report& report) {
-  if (paths.empty()) throw Error(Code::kCommandLine, "", "no input given");
-  Scene scene = read_one(paths[0], report);
-  for (const std::string& path : paths.subspan(1)) join(scene, read_one(path, report));
+Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report) {
+  if (paths.empty() && options.implicit.empty()) throw Error(Code::kCommandLine, "", "no input given");
+  std::optional<Scene> all;
+  const auto take = [&](Scene&& scene) {
+    if (all) join(*all, std::move(scene));
+    else all = std::move(scene);
+  };
+  for (const std::string& path : paths) take(read_one(path, report));
+  if (!options.implicit.empty()) take(implicit_scene(read_expression(options.implicit), options.iso.value_or(0), "--implicit"));
+  Scene& scene = *all;
   std::vector<std::string> files;
   for (const Texture& t : scene.textures) files.push_back(t.path);
   scene.load_texture = [files = std::move(files), raw = raw_textures(scene)](int texture) {
     const auto i = static_cast<std::size_t>(texture);
     return read_image(files.at(i), raw.at(i));
   };
-  return scene;
+  return std::move(scene);
 }
+
+Scene read_scene(std::span<const std::string> paths, Report& report) { return read_scene(paths, ReadOptions{}, report); }
 
 Scene read_scene(const std::string& path, Report& report) { return read_scene(std::span(&path, 1), report); }
 

@@ -6,6 +6,7 @@
 //   .ply       x       x   x                          any          ASCII and binary, both byte orders
 //   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
 //   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
+#include <optional>
 #include <span>
 #include <string>
 
@@ -18,6 +19,13 @@ namespace texel {
 // Throws Error{kFile} (cannot be read), Error{kBadInput} (malformed, with FILE:LINE and the offending value; no triangle at all),
 // Error{kUnsupported} (an extension this build cannot read; names it). Defects that can be lived with (missing .mtl or texture,
 // non-finite vertices whose faces are dropped, …) become issues. Cost: OBJ about 200 MB/s and one copy of the geometry.
+//
+// `options.implicit` is a scene of its own, joined after the files: the solid of an expression, named "--implicit" in messages.
+struct ReadOptions {
+  std::string implicit;        // formats/expression.h; empty: none
+  std::optional<double> iso;   // of all implicit surfaces; default: the input's own
+};
+[[nodiscard]] Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report);
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, Report& report);
 [[nodiscard]] Scene read_scene(const std::string& path, Report& report);
 

@@ -58,6 +58,9 @@ void finish_mesh(Scene& scene, Report& report, const std::string& where, const s
 // Linear colour from three stored sRGB values in [0,1]; values that are not numbers give white and false.
 [[nodiscard]] bool decode_color(const double* rgb, V3f& linear);
 
+// A scene of one solid, field >= iso, of the default material, in the field's own bounds.
+[[nodiscard]] Scene implicit_scene(std::shared_ptr<const Field> field, double iso, const std::string& name);
+
 // A material of this name and diffuse colour, else as materials are by default.
 [[nodiscard]] Material plain_color(std::string name, const V3f& kd);
 

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "formats/field.h"
 #include "formats/grid.h"
 #include "formats/image.h"
 
@@ -50,6 +52,20 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // into points, counter-clockwise seen from outside
   std::vector<std::array<std::uint32_t, 3>> uv_corners; // into uvs; empty, or per triangle (kNoIndex where a corner has none)
   std::vector<std::uint32_t> materials;                 // into Scene::materials, per triangle
+
+  // Set by polygonize only. The last `made` triangles stand for implicit surfaces: closed, turned outwards, each in one cell of the grid
+  // they were made for. `normals`: the surface's own at each point, unit; 0 where there is none. Empty, or points.size().
+  std::size_t made = 0;
+  std::vector<V3f> normals;
+};
+
+// A solid where field >= iso.
+struct Implicit {
+  std::shared_ptr<const Field> field;
+  double iso = 0;
+  Box3d box;                   // world, what is known of the solid's extent; empty: unknown, the recipe has to give a box
+  std::uint32_t material = 0;  // into Scene::materials
+  std::string name;            // for messages: file or option
 };
 
 struct SourceFile {
@@ -60,6 +76,7 @@ struct SourceFile {
 
 struct Scene {
   Mesh mesh;                            // all inputs joined
+  std::vector<Implicit> implicits;      // solids given by functions; bake/polygonize.h makes triangles of them
   std::vector<Material> materials;      // at least one
   std::vector<Texture> textures;
   std::vector<SourceFile> sources;      // every file read or referred to: meshes, .mtl, textures (for hashes and --depfile)
