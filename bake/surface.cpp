@@ -17,7 +17,8 @@ struct Facet {
   std::uint32_t triangle;
   V3d normal;          // turned, unit, voxel space = world directions
   V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
-  std::array<double, 6> square;  // mean of n nᵀ over the triangle: xx, yy, zz, xy, xz, yz
+  V3d mean;                      // of n over the triangle
+  std::array<double, 6> square;  // of n nᵀ: xx, yy, zz, xy, xz, yz
   bool one_sided, sampled, closed;
   float coverage;      // where it is not sampled
   float uv_width;      // uv per world length
@@ -37,21 +38,25 @@ struct Layer8 {
 
 std::array<double, 6> outer(const V3d& n) { return {n.x * n.x, n.y * n.y, n.z * n.z, n.x * n.y, n.x * n.z, n.y * n.z}; }
 
-// Mean of n nᵀ over a triangle with the surface's own normals at its corners, which knows how the surface bends within it. Where the
-// normals belong together they are interpolated, and the integral is exact; over an edge of the surface each counts for a third.
-bool mean_square(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner, std::array<double, 6>& mean) {
+// Means of n and n nᵀ over a triangle with the surface's own normals at its corners, which know how the surface bends within it. Where they
+// belong together they are interpolated, and the integral is exact; over an edge of the surface each counts for a third.
+bool bent_means(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner, V3d* mean, std::array<double, 6>* square) {
   constexpr double kTogether = 0.5;  // cosine
   if (mesh.normals.empty()) return false;
   const V3d n[3] = {V3d(mesh.normals[corner[0]]), V3d(mesh.normals[corner[1]]), V3d(mesh.normals[corner[2]])};
   for (const V3d& v : n)
     if (!(v.length2() > 0)) return false;
-  mean = {};
+  const V3d sum = n[0] + n[1] + n[2];
+  *square = {};
   for (const V3d& v : n)
-    for (std::size_t i = 0; i < 6; ++i) mean[i] += outer(v)[i];
+    for (std::size_t i = 0; i < 6; ++i) (*square)[i] += outer(v)[i];
   if (n[0].dot(n[1]) > kTogether && n[1].dot(n[2]) > kTogether && n[2].dot(n[0]) > kTogether)
-    for (std::size_t i = 0; i < 6; ++i) mean[i] += outer(n[0] + n[1] + n[2])[i];
-  const double trace = mean[0] + mean[1] + mean[2];
-  for (double& v : mean) v /= trace;
+    for (std::size_t i = 0; i < 6; ++i) (*square)[i] = ((*square)[i] + outer(sum)[i]) / 12;
+  else
+    for (double& v : *square) v /= 3;
+  const double trace = (*square)[0] + (*square)[1] + (*square)[2];  // a little below 1 between normals
+  for (double& v : *square) v /= trace;
+  *mean = sum / (3 * std::sqrt(trace));
   return true;
 }
 
@@ -73,7 +78,10 @@ struct Clipper {
     facet.origin = a;
     facet.g1 = (c - a).cross(cross) / square;
     facet.g2 = cross.cross(b - a) / square;
-    if (!mean_square(scene.mesh, tri, facet.square)) facet.square = outer(facet.normal);
+    if (!bent_means(scene.mesh, tri, &facet.mean, &facet.square)) {
+      facet.mean = facet.normal;
+      facet.square = outer(facet.normal);
+    }
     const std::uint32_t material = scene.mesh.materials[t];
     facet.one_sided = !plan.two_sided[material];
     facet.closed = plan.winding[t] != 0;
@@ -132,7 +140,7 @@ struct Clipper {
     const double w = area * static_cast<double>(s.coverage);
     sums.area += area;
     sums.covered += w;
-    if (facet.one_sided) sums.m += n * w;
+    if (facet.one_sided) sums.m += facet.mean * w;
     sums.xx += w * facet.square[0];
     sums.yy += w * facet.square[1];
     sums.zz += w * facet.square[2];
