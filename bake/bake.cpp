@@ -173,6 +173,9 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     if (textured) plan.uv_width = uv_widths(*textures, scene.mesh);
   }
   pack.grid = plan.grid;
+  // Told also where there is no share to tell: whoever listens may want to stop the bake.
+  const auto progress = [&report](const char* stage, double done) { if (report.progress) report.progress(stage, done); };
+  progress("plan", 1);
 
   // 2. Exact moments of the surface in each voxel it meets, then their sums up the levels.
   std::vector<Surface> surfaces;
@@ -182,7 +185,10 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     surfaces.push_back(clip_surface(scene, plan, *textures, {.color = colors, .material = (want.material && more) || (opacity && kinds.transparency)}, report));
     if (surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
     const int levels = want.volume() ? level_count(plan.grid, recipe) : 1;
-    while (static_cast<int>(surfaces.size()) < levels) surfaces.push_back(coarser(surfaces.back()));
+    while (static_cast<int>(surfaces.size()) < levels) {
+      surfaces.push_back(coarser(surfaces.back()));
+      progress("surface", 1);
+    }
   }
   report.count("border voxels", static_cast<double>(surfaces[0].set.count));
 
@@ -196,6 +202,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     if (want.slices) {
       const V3d thickness = measure_thickness(scene, plan, *textures) * plan.grid.h;
       for (int axis = 0; axis < 3; ++axis) widths[static_cast<std::size_t>(axis)] = std::min(thickness[(axis + 1) % 3], thickness[(axis + 2) % 3]);
+      progress("crossings", 0);
     }
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
@@ -228,9 +235,12 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
         surfaces[l - 1] = {};  // the finest level is most of the memory
         seen.levels[l - 1] = {};
       }
+      const double levels = static_cast<double>(surfaces.size()), done = static_cast<double>(l);
+      progress("levels", done / levels);
       const ColorField color = want.color ? spread_colors(surfaces[l], seen.levels[l], grid) : ColorField{};
+      progress("levels", (done + 0.5) / levels);
       pack.levels.push_back(make_level(surfaces[l], seen.levels[l], color, grid, static_cast<int>(l), recipe, kinds));
-      if (report.progress) report.progress("levels", static_cast<double>(l + 1) / static_cast<double>(surfaces.size()));
+      progress("levels", (done + 1) / levels);
     }
     if (tiles > 0)
       report.skip(std::to_string(tiles) + " blocks of 8x8x8 voxels", "wholly inside: stored as tiles");

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <exception>
 #include <map>
@@ -258,7 +259,11 @@ Use use_of(const TextureUse& use, int chain) { return {chain, use.scale, use.off
 
 TextureSet::TextureSet(const Scene& scene, Need need, Report& report) : impl_(std::make_unique<Impl>()) {
   std::vector<Job> jobs = list_jobs(scene, need, report);
-  tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t i) { decode(scene, jobs[i]); });
+  std::atomic<std::size_t> done{0};
+  tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t i) {
+    decode(scene, jobs[i]);
+    if (report.progress) report.progress("textures", static_cast<double>(++done) / static_cast<double>(jobs.size()));
+  });
 
   std::map<Key, int> places;
   for (Job& job : jobs) {

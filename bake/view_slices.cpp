@@ -80,7 +80,7 @@ const SliceStack& choose(const Pack& pack, const ViewOptions& options, const Ray
 }
 
 // Rays that go up the axis meet slices in rising order, the others in falling order; a ray takes part in one of both passes only.
-void composite(const View& view, bool rising, int threads, std::vector<Sum>& sums) {
+void composite(const View& view, bool rising, int threads, std::vector<Sum>& sums, const Report& report) {
   const int axis = view.stack.axis;
   std::vector<int> order;
   for (int k = 0; k < view.stack.count; ++k) {
@@ -92,7 +92,11 @@ void composite(const View& view, bool rising, int threads, std::vector<Sum>& sum
   for (std::size_t first = 0; first < order.size(); first += kBatch) {
     const std::size_t count = std::min<std::size_t>(kBatch, order.size() - first);
     std::vector<Image> images(count);
-    for_rows(static_cast<int>(count), threads, [&](int i) { images[static_cast<std::size_t>(i)] = view.stack.image(order[first + static_cast<std::size_t>(i)]); });
+    const auto told = [&] { if (report.progress) report.progress("view slices", static_cast<double>(first) / static_cast<double>(order.size())); };
+    for_rows(static_cast<int>(count), threads, [&](int i) {
+      images[static_cast<std::size_t>(i)] = view.stack.image(order[first + static_cast<std::size_t>(i)]);
+      told();
+    });
     for (const Image& image : images)
       if (image.channels != 4 || image.width < 1 || image.height < 1 || image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4)
         throw Error(Code::kBadInput, "", "a slice is not an RGBA picture");
@@ -105,6 +109,7 @@ void composite(const View& view, bool rising, int threads, std::vector<Sum>& sum
           Sum& sum = sums[(static_cast<std::size_t>(y) * static_cast<std::size_t>(view.rays.width) + static_cast<std::size_t>(x)) * static_cast<std::size_t>(view.samples) + static_cast<std::size_t>(i)];
           for (std::size_t k = 0; k < count && sum.left > 0; ++k) lay_under(view, images[k], order[first + k], ray, &sum);
         }
+      told();
     });
   }
 }
@@ -116,8 +121,8 @@ Image view_slices(const Pack& pack, const ViewOptions& options, Report& report) 
   const Rays rays = make_rays(options.camera, options.width, options.height);
   const View view{choose(pack, options, rays), pack.grid.box(), rays, std::clamp(options.samples / 16, 1, 4)};
   std::vector<Sum> sums(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * static_cast<std::size_t>(view.samples));
-  composite(view, true, options.threads, sums);
-  composite(view, false, options.threads, sums);
+  composite(view, true, options.threads, sums, report);
+  composite(view, false, options.threads, sums, report);
 
   Image image;
   image.width = options.width;

@@ -28,12 +28,12 @@ struct Volume {
   int only = -1;
   V3f unseen;                            // colour of matter before any surface was met (the eye is inside)
 
-  Volume(const Pack& p, const ViewOptions& options);
+  Volume(const Pack& p, const ViewOptions& options, const Report& report);
   void trace(const Rays::Ray& ray, V3f* color, float* alpha) const;
   [[nodiscard]] double level_of(double footprint) const;
 };
 
-Volume::Volume(const Pack& p, const ViewOptions& options) : pack(p) {
+Volume::Volume(const Pack& p, const ViewOptions& options, const Report& report) : pack(p) {
   if (p.levels.empty()) throw Error(Code::kBadInput, "", "the pack has no volume", "bake it with --want density");
   const auto count = static_cast<int>(p.levels.size());
   if (options.level >= count) throw Error(Code::kCommandLine, "", "level " + std::to_string(options.level) + " asked for, the pack has " + std::to_string(count));
@@ -47,8 +47,10 @@ Volume::Volume(const Pack& p, const ViewOptions& options) : pack(p) {
   const auto side = [&](int l) { const V3i& n = p.levels[static_cast<std::size_t>(l)].grid.n; return std::max({n.x, n.y, n.z}); };
   while (shadow + 1 < count && side(shadow) > kShadowResolution) ++shadow;
   levels.resize(p.levels.size());
-  for (int l = count - 1; l >= 0; --l)
+  for (int l = count - 1; l >= 0; --l) {
+    if (report.progress) report.progress("view volume", 0);
     levels[static_cast<std::size_t>(l)] = std::make_unique<LitLevel>(p.levels[static_cast<std::size_t>(l)], eye, l < shadow ? levels[static_cast<std::size_t>(shadow)].get() : nullptr);
+  }
 }
 
 // The level whose voxels are as wide as the footprint; a fraction f between two of them is the linear blend (r − s_l)/(s_(l+1) − s_l).
@@ -174,7 +176,7 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
 
 Image view_volume(const Pack& pack, const ViewOptions& options, Report& report) {
   const StageTimer timer(report, "view volume");
-  const Volume volume(pack, options);
+  const Volume volume(pack, options, report);
   const int samples = std::clamp(options.samples / 16, 1, 4);
   return trace_pixels(volume.eye.rays, samples, options.threads, "view volume", report,
                       [&volume](const Rays::Ray& ray, V3f* color, float* alpha) { volume.trace(ray, color, alpha); });

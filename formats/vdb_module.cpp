@@ -126,6 +126,26 @@ void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob
   }
 }
 
+// A file that asks now and then whether to go on: OpenVDB itself has no way to be stopped.
+class WatchedFile : public std::filebuf {
+ public:
+  explicit WatchedFile(const std::function<bool()>& go_on) : go_on_(go_on) {}
+
+ protected:
+  std::streamsize xsputn(const char* text, std::streamsize length) override {
+    constexpr unsigned kRarely = 1024;  // a leaf takes about four writes and 30 µs
+    if (++writes_ % kRarely == 0) ask();
+    return std::filebuf::xsputn(text, length);
+  }
+
+ private:
+  void ask() const {
+    if (go_on_ && !go_on_()) throw std::runtime_error("stopped");
+  }
+  const std::function<bool()>& go_on_;
+  unsigned writes_ = 0;
+};
+
 void write_level(const VdbWriteJob& job) {
   struct Source {
     const Layer* layer;
@@ -144,11 +164,12 @@ void write_level(const VdbWriteJob& job) {
   meta.insertMeta("creator", openvdb::StringMetadata(kCreator));
   SeekableArchive archive;
   archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-  std::ofstream out;
+  WatchedFile file(job.go_on);
+  if (!file.open(job.path, std::ios::out | std::ios::binary | std::ios::trunc)) throw std::ios_base::failure("cannot be opened");
+  std::ostream out(&file);
   out.exceptions(std::ios::badbit | std::ios::failbit);
-  out.open(job.path, std::ios::binary | std::ios::trunc);
   archive.write_grids(out, {grids.begin(), grids.end()}, meta);
-  out.close();
+  if (!file.close()) throw std::ios_base::failure("cannot be closed");
 }
 
 template <class GridType>

@@ -1,6 +1,7 @@
 #pragma once
 // The table of functions texel_vdb.so exports: everything that touches OpenVDB. Reached through module_symbol("texel_vdb", kVdbSymbol).
 // Exceptions stay inside the module: every function returns an empty string, or one line saying what went wrong.
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ struct VdbWriteJob {
   const Level* level = nullptr;
   int number = 0;                 // 0: finest
   std::vector<bool> half;         // per channel, layers in order: 16-bit floats on disk
+  std::function<bool()> go_on;    // asked every few milliseconds, by one thread at a time; false ends the writing. May be empty
 };
 
 // One grid as the file has it.
@@ -25,13 +27,13 @@ struct VdbGrid {
   V3d origin{0, 0, 0};            // world position of the lowest corner of voxel (0,0,0); when linear
 };
 
-inline constexpr int kVdbModuleVersion = 1;
+inline constexpr int kVdbModuleVersion = 2;
 inline constexpr const char* kVdbSymbol = "texel_vdb_functions";
 
 struct VdbFunctions {
   int version;                    // kVdbModuleVersion
   // Writes one level. The file's 36 UUID characters at kVdbUuidOffset are random: the caller replaces them.
-  // `disk_full` is set when the cause is a full disk or quota.
+  // The answer is what went wrong, or empty. `disk_full` is set when the cause is a full disk or quota.
   std::string (*write)(const VdbWriteJob& job, bool* disk_full);
   // Reads every grid, in the file's order. Tiles other than 8³ are refused: no writer of ours makes them.
   std::string (*read)(const std::string& path, std::vector<VdbGrid>* grids);

@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -77,8 +79,25 @@ bool stored_as_half(const Channel& channel, const WriteOptions& options) {
   return std::all_of(channel.values.begin(), channel.values.end(), fits) && std::all_of(channel.tiles.begin(), channel.tiles.end(), fits);
 }
 
+// Slices and volumes are written side by side: the bar shows how far the slices are, and whoever writes asks often whether to go on.
+class Progress {
+ public:
+  explicit Progress(const Report& report) : report_(report) {}
+  void tell(double share) {
+    share_ = share;
+    tell();
+  }
+  void tell() const {
+    if (report_.progress) report_.progress("write", share_);
+  }
+
+ private:
+  const Report& report_;
+  std::atomic<double> share_{0};
+};
+
 // OpenVDB stamps every file with a random number. In its place goes the hash of everything else.
-void replace_uuid(const std::string& path) {
+void replace_uuid(const std::string& path, const Progress& progress) {
   constexpr std::size_t kHead = kVdbUuidOffset + kVdbUuidLength;
   std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
   std::string head(kHead, '\0');
@@ -90,6 +109,7 @@ void replace_uuid(const std::string& path) {
   while (file) {
     file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     sum.add(buffer.data(), static_cast<std::size_t>(file.gcount()));
+    progress.tell();
   }
   const std::string hex = sum.hex();
   const std::string uuid = hex.substr(0, 8) + "-" + hex.substr(8, 4) + "-" + hex.substr(12, 4) + "-" + hex.substr(16, 4) + "-" + hex.substr(20, 12);
@@ -100,11 +120,20 @@ void replace_uuid(const std::string& path) {
   if (!file) fail_writing(path, errno == ENOSPC, std::strerror(errno));
 }
 
-LevelRecord write_level(const Level& level, int number, const fs::path& folder, const WriteOptions& options) {
+LevelRecord write_level(const Level& level, int number, const fs::path& folder, const WriteOptions& options, const Progress& progress) {
   LevelRecord record;
   record.grid = level.grid;
   record.active = active_voxels(level);
-  VdbWriteJob job{.path = (folder / level_file(number)).string(), .level = &level, .number = number, .half = {}};
+  VdbWriteJob job{.path = (folder / level_file(number)).string(), .level = &level, .number = number, .half = {}, .go_on = {}};
+  std::exception_ptr stopped;  // may not pass through the module
+  job.go_on = [&] {
+    try {
+      progress.tell();
+    } catch (...) {
+      stopped = std::current_exception();
+    }
+    return !stopped;
+  };
   for (const Layer& layer : level.layers)
     for (const Channel& c : layer.channels) {
       const std::int64_t active = layer.set.count + 512 * static_cast<std::int64_t>(layer.tiles.size());
@@ -112,8 +141,10 @@ LevelRecord write_level(const Level& level, int number, const fs::path& folder, 
       job.half.push_back(record.grids.back().half);
     }
   bool full = false;
-  if (const std::string why = vdb_functions().write(job, &full); !why.empty()) fail_writing(job.path, full, why);
-  replace_uuid(job.path);
+  const std::string why = vdb_functions().write(job, &full);
+  if (stopped) std::rethrow_exception(stopped);
+  if (!why.empty()) fail_writing(job.path, full, why);
+  replace_uuid(job.path, progress);
   record.file = record_file(folder, level_file(number));
   return record;
 }
@@ -137,12 +168,13 @@ std::string source_path(const std::string& source, const fs::path& target) {
   return ec || relative.empty() || !shared ? fs::path(source).filename().generic_string() : relative.generic_string();
 }
 
-std::vector<SourceFile> hashed_sources(const std::vector<SourceFile>& sources, const fs::path& target) {
+std::vector<SourceFile> hashed_sources(const std::vector<SourceFile>& sources, const fs::path& target, const Progress& progress) {
   std::vector<SourceFile> result = sources;
   tbb::parallel_for(std::size_t{0}, result.size(), [&](std::size_t i) {
     SourceFile& s = result[i];
     if (s.sha256.empty()) s.sha256 = file_sha256(s.path, &s.bytes);
     s.path = source_path(s.path, target);
+    progress.tell();
   });
   return result;
 }
@@ -184,13 +216,16 @@ void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& 
     return std::any_of(level.layers.begin(), level.layers.end(), [](const Layer& layer) { return !layer.channels.empty(); });
   });
   if (volume) m.levels.resize(pack.levels.size());
+  PixelCount pixels;
+  Progress progress(report);
+  Report slices;
+  slices.progress = [&progress](const std::string&, double share) { progress.tell(share); };
   // Compressing a volume keeps one thread busy; the slices take the others.
   tbb::task_group group;
   for (std::size_t l = 0; l < m.levels.size(); ++l)
-    group.run([&, l] { m.levels[l] = write_level(pack.levels[l], static_cast<int>(l), staging.path(), options); });
-  PixelCount pixels;
-  group.run([&] { m.slices = write_slices(pack.slices, staging.path(), options.slice_format, report, &pixels); });
-  group.run([&] { m.sources = hashed_sources(pack.sources, target); });
+    group.run([&, l] { m.levels[l] = write_level(pack.levels[l], static_cast<int>(l), staging.path(), options, progress); });
+  group.run([&] { m.slices = write_slices(pack.slices, staging.path(), options.slice_format, slices, &pixels); });
+  group.run([&] { m.sources = hashed_sources(pack.sources, target, progress); });
   group.wait();
   Report found;  // goes into the manifest too
   report_clipped(pixels, found);
@@ -204,6 +239,7 @@ void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& 
     m.preview = record_file(staging.path(), "preview.png");
   }
   write_synced(staging.file("manifest.json"), manifest_text(m));
+  progress.tell(1);  // the last moment at which nothing is changed yet
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace texel {
 [[nodiscard]] std::vector<StackRecord> write_slices(const std::vector<SliceStack>& stacks, const std::filesystem::path& folder, SliceFormat format,
                                                     const Report& report, PixelCount* pixels);
 
-// Fills in the hash and the bytes of the stack's files. Throws Error{kFile}.
-void sum_stack(StackRecord& record, const std::filesystem::path& folder);
+// Fills in the hash and the bytes of the stack's files; `report`, when not null, hears of each. Throws Error{kFile}.
+void sum_stack(StackRecord& record, const std::filesystem::path& folder, const Report* report = nullptr);
 
 // Number of voxels active in at least one layer, tiles counted as 512.
 [[nodiscard]] std::int64_t active_voxels(const Level& level);

@@ -71,14 +71,17 @@ std::vector<StackRecord> write_slices(const std::vector<SliceStack>& stacks, con
     if (report.progress) report.progress("write", static_cast<double>(++done) / static_cast<double>(tasks.size()));
   });
   *pixels = {seen, clipped};
-  tbb::parallel_for(std::size_t{0}, records.size(), [&](std::size_t i) { sum_stack(records[i], folder); });
+  tbb::parallel_for(std::size_t{0}, records.size(), [&](std::size_t i) { sum_stack(records[i], folder, &report); });
   return records;
 }
 
-void sum_stack(StackRecord& record, const fs::path& folder) {
+void sum_stack(StackRecord& record, const fs::path& folder, const Report* report) {
   Sha256 sum;
   record.bytes = 0;
-  for (int k = 0; k < record.count; ++k) record.bytes += sum.add_file((folder / slice_file(record.axis, record.level, record.format, k)).string());
+  for (int k = 0; k < record.count; ++k) {
+    record.bytes += sum.add_file((folder / slice_file(record.axis, record.level, record.format, k)).string());
+    if (report && report->progress) report->progress("write", 1);
+  }
   record.sha256 = sum.hex();
 }
 

@@ -515,6 +515,21 @@ INSTANTIATE_TEST_SUITE_P(Placed, OppositePolygons,
                                          Opposite{"FacingEachOther", -2.6, 3.3}),
                          [](const auto& suite) { return std::string(suite.param.name); });
 
+// Whoever hears of the progress may stop a picture by throwing.
+TEST(View, CanBeStopped) {
+  test::BallOptions ball;
+  ball.n = 16;
+  const Pack pack = test::ball_pack(ball);
+  Scene scene = empty_scene();
+  add_ball(scene, 1, 8);
+  Report report;
+  report.progress = [](const std::string&, double) { throw Error(Code::kRunning, "", "interrupted"); };
+  const ViewOptions o = from_above(4, 8);
+  EXPECT_THROW((void)view_truth(scene, o, report), Error);
+  EXPECT_THROW((void)view_volume(pack, o, report), Error);
+  EXPECT_THROW((void)view_slices(pack, o, report), Error);
+}
+
 TEST(ContactSheet, HasATileForEachThingThereIs) {
   test::BallOptions ball;
   ball.n = 16;

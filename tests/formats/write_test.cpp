@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -296,6 +297,29 @@ TEST(WritePack, SaysWhenTheDiskIsFull) {
   EXPECT_THAT(bytes_of(folder / "log"), HasSubstr("manifest.json"));
   EXPECT_TRUE(contents(folder / "out") == before);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out"), {}), 1);
+}
+
+// Whoever hears of the progress may stop the writing by throwing: the volume's too, which is written by a library that knows no stopping.
+TEST(WritePack, CanBeStoppedAtAnyReport) {
+  const TempFolder folder;
+  const Pack volume = ball_pack({.n = 64, .levels = 1, .slices = false, .preview = false});
+  int whole = 0;
+  for (const int last : {1 << 30, 1, 3}) {
+    std::atomic<int> calls{0};
+    Report report;
+    report.progress = [&](const std::string&, double) {
+      if (++calls >= last) throw Error(Code::kRunning, "", "interrupted");
+    };
+    if (last == 1 << 30) {
+      write_pack(volume, folder / "kept", {}, report);
+      whole = calls;
+      EXPECT_GT(whole, 3);
+    } else {
+      EXPECT_THAT(error_of([&] { write_pack(volume, folder / "out/ball", {}, report); }, Code::kRunning), HasSubstr("interrupted"));
+      EXPECT_EQ(calls, last);  // one report after the other in a pack of one volume
+      EXPECT_FALSE(fs::exists(folder / "out"));
+    }
+  }
 }
 
 TEST(WritePack, TellsWhatIsTooBrightForPngSlices) {
