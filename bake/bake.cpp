@@ -253,6 +253,8 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
       report.issue("levels-without-volume", "levels were wanted but no grid: they belong to the volume; coarser stacks of slices are --slice-levels");
   }
   if (!want.slices) report.skip("slices", "not wanted");
+  if (!want.slices && !recipe.lights.empty()) report.skip("baked light", "it colours slices, which are not wanted");
+  if (recipe.shadows && recipe.lights.empty()) report.skip("shadows", "without --light there is nothing to cast them");
 
   pack.issues = report.issues;
   pack.skipped = report.skipped;

@@ -75,7 +75,13 @@ const SliceStack& choose(const Pack& pack, const ViewOptions& options, const Ray
     if (!usable(stack) || stack.level != std::max(options.level, 0) || (options.slice_axis >= 0 && stack.axis != options.slice_axis)) continue;
     if (!best || slant(stack, rays.forward) < slant(*best, rays.forward)) best = &stack;
   }
-  if (!best) throw Error(Code::kBadInput, "", "the pack has no slices for this view", "bake it with --want slices");
+  if (!best) {
+    const std::string level = options.level > 0 ? " of level " + std::to_string(options.level) : "";
+    const std::string axis = options.slice_axis >= 0 ? std::string(" along ") + "xyz"[std::clamp(options.slice_axis, 0, 2)] : "";
+    throw Error(Code::kBadInput, "", "the pack has no slices" + axis + level,
+                options.level > 0 ? "bake it with --slice-levels " + std::to_string(options.level)
+                                  : options.slice_axis >= 0 ? "leave --axis out or bake it with --slices" : "bake it with --want slices");
+  }
   return *best;
 }
 

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <future>
 #include <numbers>
@@ -92,11 +93,16 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   const auto line = [&](const std::string& what, const std::string& value) {
     text += what + std::string(what.size() < 12 ? 12 - what.size() : 1, ' ') + value + "\n";
   };
-  const auto corner = [](const V3d& v) { return "(" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + ")"; };
+  const auto number = [](double v) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.9g", v);
+    return std::string(buffer);
+  };
+  const auto corner = [&](const V3d& v) { return "(" + number(v.x) + ", " + number(v.y) + ", " + number(v.z) + ")"; };
   line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
   if (!scene.implicits.empty()) line("implicit", grouped(static_cast<std::int64_t>(scene.implicits.size())) + (scene.implicits.size() == 1 ? " solid" : " solids"));
   line("box", corner(box.min) + " .. " + corner(box.max));
-  line("grid", size_text(grid.n) + " voxels of " + number_text(grid.h));
+  line("grid", size_text(grid.n) + " voxels of " + number(grid.h));
   line("memory", "about " + bytes_text(memory_estimate(scene, settings, grid)));
   if (recipe.want.volume()) line("volume", recipe.want.levels ? "with coarser levels" : "level 0 only");
   else line("volume", "skipped: not wanted");
@@ -148,6 +154,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
     return;
   }
   // What writing needs is looked for before the work is done.
+  require_place(settings.output);
   if (settings.recipe.want.slices) require_slice_writer(settings.recipe.write.slice_format);
   std::future<void> opening;
   if (settings.recipe.want.volume()) opening = open_volume_writer();
@@ -170,8 +177,9 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   write_pack(pack, settings.output, settings.recipe.write, report);
   if (!settings.depfile.empty()) write_depfile(settings, scene);
   outcome.status = "baked";
-  outcome.closing = settings.output + ": pack written, " + size_text(pack.grid.n) + " voxels, " + std::to_string(pack.levels.size()) +
-                    " levels, " + std::to_string(pack.slices.size()) + " stacks, " + seconds_text(now() - start);
+  const auto counted = [](std::size_t n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? ", " : "s, "); };
+  outcome.closing = settings.output + ": pack written, " + size_text(pack.grid.n) + " voxels, " + counted(pack.levels.size(), "level") +
+                    counted(pack.slices.size(), "stack") + seconds_text(now() - start);
 }
 
 double now_seconds() {
@@ -201,6 +209,8 @@ int command_bake(const Settings& settings) {
     throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --implicit, or --recipe with a pack");
   if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
   refuse_file_name(settings.output);
+  for (const std::string& file : {settings.report_file, settings.depfile})
+    if (!file.empty()) require_file_place(file);
 
   std::optional<tbb::global_control> limit;
   if (settings.recipe.threads > 0)

@@ -113,6 +113,7 @@ int command_view(const Settings& settings) {
   if (settings.inputs.empty() && settings.recipe.implicit.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name a pack or a mesh");
   if (settings.output.empty()) throw Error(Code::kCommandLine, "--output", "missing", "name the picture, e.g. -o tree.png");
   const Format format = picture_format(settings.output);
+  require_file_place(settings.output);
   std::optional<tbb::global_control> limit;
   if (settings.recipe.threads > 0)
     limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(settings.recipe.threads));

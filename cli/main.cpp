@@ -1,6 +1,7 @@
 // Dispatch and exit status. Nothing heavy is loaded or set up before a command is known to be right.
 #include <exception>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 #include "cli/commands.h"
@@ -28,6 +29,14 @@ int run(Command command, const std::vector<std::string>& arguments) {
   return 0;
 }
 
+std::optional<Command> command_of(const std::string& word) {
+  if (word == "bake") return kBake;
+  if (word == "info") return kInfo;
+  if (word == "check") return kCheck;
+  if (word == "view") return kView;
+  return std::nullopt;
+}
+
 int dispatch(const std::vector<std::string>& arguments) {
   if (arguments.empty()) {
     print_product(basics_text());
@@ -35,10 +44,8 @@ int dispatch(const std::vector<std::string>& arguments) {
   }
   const std::string& word = arguments.front();
   const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
-  if (word == "bake") return run(kBake, rest);
-  if (word == "info") return run(kInfo, rest);
-  if (word == "check") return run(kCheck, rest);
-  if (word == "view") return run(kView, rest);
+  if (word == "help" && rest.size() == 1 && command_of(rest.front())) return run(*command_of(rest.front()), {"--help"});
+  if (const auto command = command_of(word)) return run(*command, rest);
   if (word == "--version" || word == "-V") print_product(version_text());
   else if (word == "--help" || word == "-h" || word == "help") print_product(program_help());
   else if (word == "--dump-docs") print_product(cli_document());

@@ -312,7 +312,7 @@ OptionRow memory(OptionRow row) {
 }
 
 OptionRow picture_size(OptionRow row) {
-  row.accepts = "1x1..8192x8192";
+  row.accepts = "two numbers 1..8192, as 640x480";
   row.set = [](Settings& s, const std::string& value) {
     const std::vector<std::string> parts = split(value, 'x');
     if (parts.size() != 2) return false;
@@ -380,8 +380,10 @@ std::vector<OptionRow> option_table() {
       {"auto", Progress::kAuto}, {"always", Progress::kAlways}, {"never", Progress::kNever}};
   return {
       // Input and output
-      text({.name = "output", .letter = 'o', .metavar = "PATH", .group = kFiles, .commands = kBake | kView,
-            .help = "where the product goes: the pack's folder (NAME.texel) or the picture (.png, .exr)"},
+      text({.name = "output", .letter = 'o', .metavar = "PACK", .group = kFiles, .commands = kBake,
+            .help = "the pack's folder, by convention NAME.texel; missing folders above it are made"},
+           [](auto& s) -> auto& { return s.output; }),
+      text({.name = "output", .letter = 'o', .metavar = "IMAGE", .group = kFiles, .commands = kView, .help = "the picture: NAME.png or NAME.exr"},
            [](auto& s) -> auto& { return s.output; }),
       text({.name = "implicit", .metavar = "EXPR", .group = kFiles, .commands = kBake | kView,
             .help = "the solid where this function of x, y, z is >= --iso, as an INPUT or beside others (docs/inputs.md)", .in_recipe = true,
@@ -472,8 +474,8 @@ std::vector<OptionRow> option_table() {
       integer({.name = "slice-levels", .metavar = "N", .group = kSlices, .commands = kBake, .help = "coarser stacks beside the full one",
                .in_recipe = true},
               [](auto& s) -> auto& { return s.recipe.slice_levels; }, 0, 12),
-      light({.name = "light", .metavar = "SPEC", .group = kSlices, .commands = kBake | kView,
-             .help = "light to bake into the slices' colour, or to view with; may be repeated", .in_recipe = true, .shown_default = "none"}),
+      light({.name = "light", .metavar = "SPEC", .group = kSlices, .commands = kBake,
+             .help = "light to bake into the slices' colour; may be repeated", .in_recipe = true, .shown_default = "none"}),
       toggle({.name = "shadows", .group = kSlices, .commands = kBake, .help = "lights cast shadows", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.shadows; }),
 
@@ -530,6 +532,8 @@ std::vector<OptionRow> option_table() {
       choice({.name = "axis", .metavar = "AXIS", .group = kPicture, .commands = kView, .help = "slices of this axis; auto: by the camera"},
              [](auto& s) -> auto& { return s.view.axis; },
              std::vector<std::pair<const char*, int>>{{"auto", -1}, {"x", 0}, {"y", 1}, {"z", 2}}),
+      light({.name = "light", .metavar = "SPEC", .group = kPicture, .commands = kView,
+             .help = "light to view with; may be repeated", .shown_default = "a sun over the left shoulder and ambient light"}),
       toggle({.name = "no-shadows", .group = kPicture, .commands = kView, .help = "lights cast no shadows"},
              [](auto& s) -> auto& { return s.view.no_shadows; }),
       background({.name = "background", .metavar = "R,G,B", .group = kPicture, .commands = kView, .help = "plain background",
@@ -543,8 +547,9 @@ std::vector<OptionRow> option_table() {
       choice({.name = "progress", .metavar = "WHEN", .group = kRunning, .commands = kBake | kView,
               .help = "a bar on stderr; auto: on a terminal, after two seconds"},
              [](auto& s) -> auto& { return s.progress; }, progress),
-      toggle({.name = "verbose", .letter = 'v', .group = kRunning, .commands = kBake | kView | kInfo,
-              .help = "times and counts of each stage; info: how each error was measured"},
+      toggle({.name = "verbose", .letter = 'v', .group = kRunning, .commands = kBake | kView, .help = "times and counts of each stage"},
+             [](auto& s) -> auto& { return s.verbose; }),
+      toggle({.name = "verbose", .letter = 'v', .group = kFiles, .commands = kInfo, .help = "how each error figure was found, too"},
              [](auto& s) -> auto& { return s.verbose; }),
       toggle({.name = "help", .letter = 'h', .group = kRunning, .commands = kAll, .help = "this text"},
              [](auto& s) -> auto& { return s.help; }),

@@ -42,6 +42,8 @@ Error unknown_option(Command command, const std::string& word, const std::vector
   if (bare.empty() || bare[0] != '-')
     return Error(Code::kCommandLine, word, "one argument too many", see_help(command));
   std::string near;
+  for (const OptionRow& row : rows)
+    if (bare.size() > 3 && row.flag().starts_with(bare)) return Error(Code::kCommandLine, bare, "unknown option", "did you mean " + row.flag() + "?");
   std::size_t best = 3;  // more than two letters off is no misspelling
   for (const OptionRow& row : rows) {
     const std::size_t d = bare.size() < 100 ? distance(bare, row.flag()) : best;
@@ -89,6 +91,8 @@ Settings parse_options(Command command, const std::vector<std::string>& argument
       return settings;
     }
   if (const auto rest = app.remaining(); !rest.empty()) throw unknown_option(command, rest.front(), rows);
+  for (const std::string& input : settings.inputs)
+    if (input.empty()) throw Error(Code::kCommandLine, "INPUT", "is an empty name", see_help(command));
 
   std::set<std::string> names;
   for (std::size_t i = 0; i < rows.size(); ++i)

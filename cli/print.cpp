@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -90,6 +91,16 @@ void print_stages(const Report& report) {
 void print_product(const std::string& text) {
   const bool good = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   finish(stdout, good, "");
+}
+
+void require_file_place(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code ec;
+  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
+  if (fs::is_directory(path, ec)) throw Error(Code::kFile, path, "is a folder", "give the name of a file");
+  if (!fs::is_directory(folder, ec)) throw Error(Code::kFile, path, "cannot be written (there is no folder " + folder.string() + ")", "make it first");
+  if (access(fs::exists(path, ec) ? path.c_str() : folder.c_str(), W_OK) != 0)
+    throw Error(Code::kFile, path, std::string("cannot be written (") + std::strerror(errno) + ")", "check the folder and its permissions");
 }
 
 void write_text_file(const std::string& path, const std::string& text) {

@@ -21,6 +21,8 @@ void print_talk(const std::string& line);  // `texel: LINE`
 
 // Throws Error{kRunning} where the text cannot be written (disk full, closed).
 void print_product(const std::string& text);
+// Throws Error{kFile} where no such file could be written: before the work, not after it. Makes nothing.
+void require_file_place(const std::string& path);
 // Throws Error{kFile}, Error{kRunning} (disk full).
 void write_text_file(const std::string& path, const std::string& text);
 

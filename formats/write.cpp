@@ -53,6 +53,7 @@ bool says_pack(const fs::path& manifest) {
 
 void refuse_strangers(const fs::path& target) {
   std::error_code ec;
+  if (fs::is_symlink(target, ec) && !fs::exists(target, ec)) throw Error(Code::kFile, target.string(), "is a link to nothing", "remove it or make what it points to");
   if (!fs::exists(target, ec)) return;
   if (!fs::is_directory(target, ec)) throw Error(Code::kFile, target.string(), "is a file", "give the name of a folder");
   if (fs::is_empty(target, ec) || says_pack(target / "manifest.json")) return;
@@ -283,6 +284,16 @@ void write_pack(const Pack& pack, const std::string& folder, const WriteOptions&
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   arena.execute([&] { write_parts(pack, target, staging, options, report); });
   staging.commit();
+}
+
+void require_place(const std::string& folder) {
+  const fs::path target = resolved(folder);
+  refuse_strangers(target);
+  std::error_code ec;
+  fs::path there = target.parent_path();
+  while (!fs::exists(there, ec) && there.has_relative_path()) there = there.parent_path();
+  if (!fs::is_directory(there, ec)) throw Error(Code::kFile, target.string(), "cannot be made (" + there.string() + " is no folder)", "choose another place");
+  if (access(there.c_str(), W_OK | X_OK) != 0) throw Error(Code::kFile, target.string(), std::string("cannot be written (") + std::strerror(errno) + ")", "choose another place");
 }
 
 void require_slice_writer(SliceFormat format) {

@@ -21,6 +21,9 @@ struct WriteOptions {
 // Throws Error{kFile} when the place cannot be written or is a folder that is not a pack, Error{kRunning} when the disk is full.
 void write_pack(const Pack& pack, const std::string& folder, const WriteOptions& options, Report& report);
 
+// Throws Error{kFile} where write_pack would find that `folder` cannot take a pack, before the work and not after it. Makes nothing.
+void require_place(const std::string& folder);
+
 // Opens the volume module in a thread of its own, so that write_pack need not wait for it (0.05 s). The result joins when it goes.
 // Throws Error{kUnsupported} at once where the module is not installed: before the work, not after it.
 [[nodiscard]] std::future<void> open_volume_writer();

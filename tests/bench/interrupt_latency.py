@@ -15,7 +15,7 @@ import time
 
 
 def bake(program, arguments, folder, wait):
-    """(seconds from the signal to the end, status) or, without `wait`, (seconds in all, status)."""
+    """(seconds from the signal to the end, status); without a signal, as `wait` is None or the bake was done by then, (seconds in all, 0)."""
     command = [program, "bake", *arguments, "-o", os.path.join(folder, "out", "x.texel"), "--progress", "never"]
     start = time.monotonic()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -51,7 +51,10 @@ def main():
             ended_before = status == 0 and left == ["out"] and os.listdir(os.path.join(folder, "out")) == ["x.texel"]
             if not ended_before and (status != 4 or left):
                 sys.exit(f"interrupted after {moment:.2f} s: status {status}, left {left}")
-        print(f"after {moment:6.2f} s: {seconds:.3f} s" + (" (was done)" if ended_before else ""), flush=True)
+        if ended_before:
+            print(f"after {moment:6.2f} s: the bake was done")
+            continue
+        print(f"after {moment:6.2f} s: {seconds:.3f} s", flush=True)
         longest = max(longest, (seconds, moment))
     print(f"longest {longest[0]:.3f} s, interrupted after {longest[1]:.2f} s")
 

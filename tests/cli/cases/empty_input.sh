@@ -1,0 +1,1 @@
+texel bake "" -o cube.texel

@@ -1,0 +1,1 @@
+texel bake "$DATA/cube.obj" -o cube.texel --res 16
