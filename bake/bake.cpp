@@ -48,6 +48,19 @@ MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
   return kinds;
 }
 
+// The diffuse colour of all the surface there is, where it is the same.
+std::optional<V3f> one_color(const Scene& scene, const TextureSet& textures) {
+  if (!scene.mesh.colors.empty()) return {};
+  const Material* first = nullptr;
+  for (const std::uint32_t m : scene.mesh.materials) {
+    const Material& material = scene.materials[m];
+    if (first == &material) continue;
+    if (textures.textured(m) || (first && first->kd != material.kd)) return {};
+    first = &material;
+  }
+  return first->kd;
+}
+
 int level_count(const Grid& grid, const Recipe& recipe) {
   if (!recipe.want.levels || recipe.levels == 1) return 1;
   int levels = 1;
@@ -89,9 +102,11 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     return light(color, point, normal, plan.two_sided[material]);
   };
   shader.voxel = [&surface, light](const V3i& voxel, std::int64_t index) {
-    const Moments& m = surface.moments[static_cast<std::size_t>(index)];
-    if (!(m.covered > 0)) return V3f(-1, -1, -1);
-    const V3f color = V3f(surface.color[static_cast<std::size_t>(index)] / m.covered);
+    const auto i = static_cast<std::size_t>(index);
+    if (!(surface.areas[i].covered > 0)) return V3f(-1, -1, -1);
+    const V3f color = surface.mean_color(i);
+    if (surface.moments.empty()) return color;  // unlit
+    const Moments& m = surface.moments[i];
     const double length = m.m.length();
     const V3d normal = length > 0 ? m.m / length : V3d(0, 0, 1);
     // Half a voxel's diagonal off its middle, so that the voxel's own surface casts no shadow on it.
@@ -117,8 +132,9 @@ void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double
 void measure(const Plan& plan, std::span<const Surface> surfaces, const VisibilityResult& seen, bool volume, Pack& pack) {
   double area = 0, covered = 0;
   V3d color(0, 0, 0);
-  for (const Moments& m : surfaces[0].moments) { area += m.area; covered += m.covered; }
+  for (const Areas& a : surfaces[0].areas) { area += a.area; covered += a.covered; }
   for (const V3d& c : surfaces[0].color) color += c;
+  if (surfaces[0].one_color) color = V3d(*surfaces[0].one_color) * covered;
   const double face = plan.grid.h * plan.grid.h;
   pack.statistics = plan.statistics;
   pack.statistics.covered_area = covered * face;
@@ -182,7 +198,11 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   {
     StageTimer timer(report, "surface");
     const bool more = kinds.ks || kinds.roughness || kinds.transparency || kinds.emission;
-    surfaces.push_back(clip_surface(scene, plan, *textures, {.color = colors, .material = (want.material && more) || (opacity && kinds.transparency)}, report));
+    const std::optional<V3f> one = one_color(scene, *textures);
+    const SurfaceWant what{.color = colors && !one, .normals = want.ndf || want.normal || (want.slices && !recipe.lights.empty()),
+                           .material = (want.material && more) || (opacity && kinds.transparency)};
+    surfaces.push_back(clip_surface(scene, plan, *textures, what, report));
+    if (colors) surfaces[0].one_color = one;
     if (surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
     const int levels = want.volume() ? level_count(plan.grid, recipe) : 1;
     while (static_cast<int>(surfaces.size()) < levels) {
@@ -231,7 +251,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     for (std::size_t l = 0; l < surfaces.size(); ++l) {
       const Grid grid = plan.grid.level(static_cast<int>(l));
       if (l > 0) {
-        filter_visibility(surfaces[l - 1], seen.levels[l - 1], surfaces[l], grid.n, opacity && recipe.level_mode == LevelMode::kFilter, seen.levels[l]);
+        filter_visibility(surfaces[l - 1], seen.levels[l - 1], surfaces[l], static_cast<int>(l), grid.n, opacity && recipe.level_mode == LevelMode::kFilter, seen.levels[l]);
         surfaces[l - 1] = {};  // the finest level is most of the memory
         seen.levels[l - 1] = {};
       }

@@ -45,19 +45,24 @@ void split_cells(const Polygon& p, int axis, double normal, int lo, int hi, Emit
     if (cells.first >= lo && cells.first < hi) emit(cells.first, p);
     return;
   }
-  Polygon rest = p, below, above;
+  Polygon below, parts[2];
+  const Polygon* rest = &p;
+  int spare = 0;  // of parts: the one that `rest` is not in
   int k = cells.first;
+  const auto cut = [&](double wall) {
+    split(*rest, axis, wall, below, parts[spare]);
+    rest = &parts[spare];
+    spare = 1 - spare;
+  };
   if (k < lo) {
-    split(rest, axis, lo, below, above);
-    rest = above;
+    cut(lo);
     k = lo;
   }
-  for (; k < cells.last && k < hi && rest.n >= 3; ++k) {
-    split(rest, axis, k + 1, below, above);
+  for (; k < cells.last && k < hi && rest->n >= 3; ++k) {
+    cut(k + 1);
     if (below.n >= 3) emit(k, below);
-    rest = above;
   }
-  if (k == cells.last && k < hi && rest.n >= 3) emit(k, rest);
+  if (k == cells.last && k < hi && rest->n >= 3) emit(k, *rest);
 }
 
 // Area of a polygon whose plane has the unit normal `normal`, from its shadow along the normal's longest component.

@@ -76,7 +76,7 @@ std::array<std::uint64_t, 8> within_grid(const V3i& at, const V3i& n) {
 
 struct Colored {
   VoxelSet set;
-  std::vector<V3f> color;
+  std::vector<V3f> color;  // empty where all there is has one colour: nothing to average
 };
 
 Colored grow(const Colored& from, const Grid& grid) {
@@ -102,10 +102,8 @@ Colored grow(const Colored& from, const Grid& grid) {
   for (const Block& b : candidates)
     if (bits_of(b) > 0) to.set.blocks.push_back(b);
   number(to.set);
-  // One colour everywhere stays one colour: nothing to average.
-  const bool uniform = std::all_of(from.color.begin(), from.color.end(), [&](const V3f& c) { return c == from.color.front(); });
-  to.color.resize(static_cast<std::size_t>(to.set.count), from.color.empty() ? V3f(0, 0, 0) : from.color.front());
-  if (uniform) return to;
+  if (from.color.empty()) return to;
+  to.color.resize(static_cast<std::size_t>(to.set.count));
   tbb::parallel_for(std::size_t{0}, to.set.blocks.size(), [&](std::size_t i) {
     const Block& b = to.set.blocks[i];
     std::array<std::int32_t, 27> near;
@@ -134,50 +132,36 @@ Colored grow(const Colored& from, const Grid& grid) {
   return to;
 }
 
+// The voxels with surface that is not all cut away.
 Colored own_colors(const Surface& surface) {
   Colored own;
-  for (const Block& b : surface.set.blocks) {
-    Block kept;
-    kept.at = b.at;
-    std::int64_t i = b.first;
-    for (int x = 0; x < 8; ++x)
-      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1, ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        if (!(surface.moments[at].covered > 0)) continue;  // all of it cut away
-        kept.mask[static_cast<std::size_t>(x)] |= word & (~word + 1);
-        own.color.push_back(V3f(surface.color[at] / surface.moments[at].covered));
-      }
-    if (bits_of(kept) > 0) own.set.blocks.push_back(kept);
-  }
+  own.set.blocks = surface.set.blocks;
+  std::vector<Block>& blocks = own.set.blocks;
+  const auto for_each_covered = [&](std::size_t b, auto&& call) {
+    const Block& block = surface.set.blocks[b];
+    auto i = static_cast<std::size_t>(block.first);
+    for (std::size_t x = 0; x < 8; ++x)
+      for (std::uint64_t word = block.mask[x]; word; word &= word - 1, ++i)
+        if (surface.areas[i].covered > 0) call(x, word & (~word + 1), i);
+  };
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    blocks[b].mask.fill(0);
+    for_each_covered(b, [&](std::size_t x, std::uint64_t bit, std::size_t) { blocks[b].mask[x] |= bit; });
+  });
   number(own.set);
+  if (!surface.one_color) {
+    own.color.resize(static_cast<std::size_t>(own.set.count));
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+      auto to = static_cast<std::size_t>(blocks[b].first);
+      for_each_covered(b, [&](std::size_t, std::uint64_t, std::size_t i) { own.color[to++] = surface.mean_color(i); });
+    });
+  }
+  std::erase_if(blocks, [](const Block& b) { return bits_of(b) == 0; });
   return own;
 }
 
-}  // namespace
-
-VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b) {
-  VoxelSet all;
-  std::size_t i = 0, j = 0;
-  while (i < a.blocks.size() || j < b.blocks.size()) {
-    const bool take_a = j == b.blocks.size() || (i < a.blocks.size() && !before(b.blocks[j].at, a.blocks[i].at));
-    const bool take_b = i == a.blocks.size() || (j < b.blocks.size() && !before(a.blocks[i].at, b.blocks[j].at));
-    Block block = take_a ? a.blocks[i] : b.blocks[j];
-    if (take_a && take_b)
-      for (std::size_t x = 0; x < 8; ++x) block.mask[x] |= b.blocks[j].mask[x];
-    i += take_a;
-    j += take_b;
-    all.blocks.push_back(block);
-  }
-  number(all);
-  return all;
-}
-
-ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid) {
-  Colored grown = own_colors(surface);
-  for (int i = 0; i < kColorReach; ++i) grown = grow(grown, grid);
-
-  // Mean of each block, then from block to block until every inside block has one.
-  const BlockIndex index(grown.set, grid.n);
+// What is inside but farther than spreading reaches: blocks' mean colours, from block to block, wave by wave. One per block of the grid.
+std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, const Visibility& seen) {
   std::vector<V3f> mean(index.slots.size(), V3f(-1, -1, -1));
   for (const Block& b : grown.set.blocks) {
     V3f sum(0, 0, 0);
@@ -185,7 +169,7 @@ ColorField spread_colors(const Surface& surface, const Visibility& seen, const G
     for (int k = 0; k < bits; ++k) sum += grown.color[static_cast<std::size_t>(b.first + k)];
     mean[index.place(b.at)] = sum / static_cast<float>(bits);
   }
-  // From block to block, wave by wave, through those that are inside and still without a colour.
+  // Through those that are inside and still without a colour.
   std::vector<char> waiting(index.slots.size(), 0);
   const auto wait = [&](const V3i& at) { if (mean[index.place(at)].x < 0) waiting[index.place(at)] = 1; };
   for (const Block& b : seen.inside.blocks) wait(b.at);
@@ -217,25 +201,61 @@ ColorField spread_colors(const Surface& surface, const Visibility& seen, const G
   // Inside a surface that was all cut away nothing has a colour.
   for (V3f& m : mean)
     if (m.x < 0) m = V3f(0, 0, 0);
+  return mean;
+}
+
+}  // namespace
+
+VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b) {
+  VoxelSet all;
+  std::size_t i = 0, j = 0;
+  while (i < a.blocks.size() || j < b.blocks.size()) {
+    const bool take_a = j == b.blocks.size() || (i < a.blocks.size() && !before(b.blocks[j].at, a.blocks[i].at));
+    const bool take_b = i == a.blocks.size() || (j < b.blocks.size() && !before(a.blocks[i].at, b.blocks[j].at));
+    Block block = take_a ? a.blocks[i] : b.blocks[j];
+    if (take_a && take_b)
+      for (std::size_t x = 0; x < 8; ++x) block.mask[x] |= b.blocks[j].mask[x];
+    i += take_a;
+    j += take_b;
+    all.blocks.push_back(block);
+  }
+  number(all);
+  return all;
+}
+
+ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid) {
+  Colored grown = own_colors(surface);
+  // All of it cut away: no colour at all.
+  const bool none = grown.set.count == 0;
+  for (int i = 0; i < kColorReach; ++i) grown = grow(grown, grid);
+  const BlockIndex index(grown.set, grid.n);
 
   ColorField field;
+  if (surface.one_color || none) field.one_color = none ? V3f(0, 0, 0) : *surface.one_color;
   // Whole inside blocks are tiles; voxels that spreading reached within them give way.
+  BlockIndex tile;
+  tile.n = index.n;
+  tile.slots.assign(index.slots.size(), -1);
+  for (const V3i& at : seen.inside_blocks) tile.slots[tile.place(at)] = 0;
   VoxelSet reached;
-  const auto is_tile = [&](const V3i& at) { return std::binary_search(seen.inside_blocks.begin(), seen.inside_blocks.end(), at, before); };
   for (const Block& b : grown.set.blocks)
-    if (!is_tile(b.at)) reached.blocks.push_back(b);
+    if (tile(b.at) < 0) reached.blocks.push_back(b);
   field.set = join_sets(reached, seen.inside);
+  if (field.one_color) return field;
+
+  const std::vector<V3f> mean = block_colors(grown, index, seen);
   field.color.resize(static_cast<std::size_t>(field.set.count));
-  for (const Block& b : field.set.blocks) {
+  tbb::parallel_for(std::size_t{0}, field.set.blocks.size(), [&](std::size_t i) {
+    const Block& b = field.set.blocks[i];
     const std::int32_t s = index(b.at);
+    const Block* from = s >= 0 ? &grown.set.blocks[static_cast<std::size_t>(s)] : nullptr;
     auto out = static_cast<std::size_t>(b.first);
     for (int x = 0; x < 8; ++x)
       for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
         const int bit = __builtin_ctzll(word), y = bit >> 3, z = bit & 7;
-        const Block* from = s >= 0 ? &grown.set.blocks[static_cast<std::size_t>(s)] : nullptr;
         field.color[out++] = from && from->has(x, y, z) ? grown.color[static_cast<std::size_t>(from->index(x, y, z))] : mean[index.place(b.at)];
       }
-  }
+  });
   for (const V3i& at : seen.inside_blocks) field.tiles.push_back(mean[index.place(at)]);
   return field;
 }

@@ -1,5 +1,8 @@
 #pragma once
 // Stage 7: mean colours of border voxels -> colour grid running on into and out of the matter
+#include <optional>
+#include <vector>
+
 #include "bake/surface.h"
 #include "bake/visibility.h"
 
@@ -9,6 +12,7 @@ inline constexpr int kColorReach = 2;  // voxels: a renderer interpolates colour
 
 struct ColorField {
   VoxelSet set;                 // matter and kColorReach voxels beyond it, within the grid
+  std::optional<V3f> one_color; // of all of it; the vectors are then empty
   std::vector<V3f> color;       // per voxel
   std::vector<V3f> tiles;       // per Visibility::inside_blocks
 };

@@ -1,5 +1,8 @@
 #include "bake/crossings.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -17,6 +20,8 @@ constexpr double kNear = 8191;
 constexpr double kFar = 0x1p40;
 // Doubles place the ends of a row within this many units; rays that near an end are decided exactly.
 constexpr int kUnsure = 1;
+
+std::int64_t to_fixed(double x) { return std::llrint(x * static_cast<double>(kOne)); }  // one instruction, which llround is not
 
 int lattice_generator(int n) {
   int best = 1;
@@ -104,13 +109,12 @@ struct Rasteriser {
       split(above, axis, kNear, p, below);
       if (p.n < 3) return;
     }
-    const auto fixed = [](double x) { return std::llround(x * static_cast<double>(kOne)); };
     for (std::size_t i = 1; i + 1 < static_cast<std::size_t>(p.n); ++i) {
       Corners c{};
       const V3d corner[3] = {p.v[0], p.v[i], p.v[i + 1]};
       for (int k = 0; k < 3; ++k) {
-        c.x[k] = fixed(corner[k].x);
-        c.y[k] = fixed(corner[k].y);
+        c.x[k] = to_fixed(corner[k].x);
+        c.y[k] = to_fixed(corner[k].y);
         c.w[k] = corner[k].z;
       }
       fill(t, c);
@@ -234,8 +238,7 @@ struct Rasteriser {
       c.coverage = bundle.textures->coverage(s.material, uv, 0);
       if (c.coverage <= 0 && c.winding == 0) return;
     }
-    scratch.found.push_back(c);
-    scratch.ray.push_back(at.ray);
+    scratch.found.push_back({c, at.ray});
   }
 };
 
@@ -274,10 +277,12 @@ Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textu
   b.bands = (b.nv + b.band_rows - 1) / b.band_rows;
 
   b.points.resize(plan.points.size() * 2);
-  for (std::size_t i = 0; i < plan.points.size(); ++i)
-    for (int k = 0; k < 2; ++k)
-      b.points[2 * i + static_cast<std::size_t>(k)] =
-          std::llround(std::clamp(plan.points[i][k == 0 ? b.axes.u : b.axes.v], -kFar, kFar) * static_cast<double>(kOne));
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, plan.points.size(), 8192), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      b.points[2 * i] = to_fixed(std::clamp(plan.points[i][b.axes.u], -kFar, kFar));
+      b.points[2 * i + 1] = to_fixed(std::clamp(plan.points[i][b.axes.v], -kFar, kFar));
+    }
+  });
 
   const auto range = [&](const std::array<std::uint32_t, 3>& t, std::int64_t& b0, std::int64_t& b1) {
     const std::int64_t y0 = b.points[2 * std::size_t{t[0]} + 1], y1 = b.points[2 * std::size_t{t[1]} + 1], y2 = b.points[2 * std::size_t{t[2]} + 1];
@@ -303,21 +308,19 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
   out.v0 = band * bundle.band_rows;
   out.v1 = std::min(bundle.nv, out.v0 + bundle.band_rows);
   scratch.found.clear();
-  scratch.ray.clear();
   Rasteriser rasteriser{bundle, out, scratch};
   const auto b = static_cast<std::size_t>(band);
   for (std::size_t i = bundle.first[b]; i < bundle.first[b + 1]; ++i) rasteriser.triangle(bundle.bins[i]);
 
   // Counting sort by ray keeps triangle order; then each short list by depth.
   const std::size_t rays = static_cast<std::size_t>(out.v1 - out.v0) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.pattern.rays());
-  out.first.assign(rays + 1, 0);
-  for (const std::uint32_t r : scratch.ray) ++out.first[r + 1];
-  for (std::size_t r = 0; r < rays; ++r) out.first[r + 1] += out.first[r];
-  out.crossings.resize(scratch.found.size());
-  for (std::size_t i = scratch.found.size(); i-- > 0;) out.crossings[--out.first[scratch.ray[i] + 1]] = scratch.found[i];
-  // Each end was counted down to its own start: shift back.
-  for (std::size_t r = 0; r < rays; ++r) out.first[r] = out.first[r + 1];
-  out.first[rays] = static_cast<std::uint32_t>(out.crossings.size());
+  // Counted one place further on, so that filling moves each start to where it belongs.
+  out.first.assign(rays + 2, 0);
+  for (const BandScratch::Found& f : scratch.found) ++out.first[f.ray + 2];
+  for (std::size_t r = 0; r <= rays; ++r) out.first[r + 1] += out.first[r];
+  if (out.crossings.size() < scratch.found.size()) out.crossings.resize(scratch.found.size());
+  for (const BandScratch::Found& f : scratch.found) out.crossings[out.first[f.ray + 1]++] = f.crossing;
+  out.first.pop_back();
 
   const auto before = [](const Crossing& a, const Crossing& b2) { return a.w != b2.w ? a.w < b2.w : a.triangle < b2.triangle; };
   for (std::size_t r = 0; r < rays; ++r) {

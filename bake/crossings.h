@@ -61,11 +61,14 @@ struct Bundle {
 struct Band {
   int v0 = 0, v1 = 0;                      // voxel rows [v0, v1)
   std::vector<std::uint32_t> first;        // per ray and one more, into crossings
-  std::vector<Crossing> crossings;
+  std::vector<Crossing> crossings;         // at least first.back() of them
 };
 // Positions are exact to 2⁻¹⁷ voxel across the ray, depths to rounding. Cost: about 10 ns a triangle row, 20 ns a crossing.
 // `scratch` is reused between calls.
-struct BandScratch { std::vector<Crossing> found; std::vector<std::uint32_t> ray; };
+struct BandScratch {
+  struct Found { Crossing crossing; std::uint32_t ray; };
+  std::vector<Found> found;
+};
 void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch);
 
 // Barycentrics of corners 1 and 2 where a crossing's ray meets the plane of its triangle (u, v in voxel space).

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "bake/block_index.h"
 
@@ -74,15 +75,14 @@ void merge_inside(const Visibility& fine, const V3i& coarse_voxels, Visibility& 
 
 }  // namespace
 
-void filter_visibility(const Surface& fine, const Visibility& fine_seen, const Surface& coarse, const V3i& coarse_voxels, bool opacity, Visibility& coarse_seen) {
+void filter_visibility(const Surface& fine, const Visibility& fine_seen, const Surface& coarse, int level, const V3i& coarse_voxels, bool opacity, Visibility& coarse_seen) {
   const auto count = static_cast<std::size_t>(coarse.set.count);
+  const double face = std::pow(4.0, level);  // level-0 voxel faces in one of the coarse level's
   const BlockIndex parents(coarse.set, coarse_voxels);
   std::vector<double> solid(count, 0.0);
-  std::array<std::vector<double>, 3> crossings;
   // Opacity: per parent and axis, the share that passes each of the four columns.
   std::array<std::vector<std::array<float, 4>>, 3> open;
   for (std::size_t a = 0; a < 3; ++a) {
-    if (!fine_seen.crossings[a].empty()) crossings[a].assign(count, 0.0);
     if (opacity && !fine_seen.alpha[a].empty()) open[a].assign(count, {1, 1, 1, 1});
   }
   const auto pass = [&](std::size_t axis, std::int64_t parent, const V3i& voxel, float alpha) {
@@ -94,7 +94,6 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
     const auto from = static_cast<std::size_t>(i), to = static_cast<std::size_t>(p);
     if (!fine_seen.solid.empty()) solid[to] += static_cast<double>(fine_seen.solid[from]) / 8;
     for (std::size_t a = 0; a < 3; ++a) {
-      if (!crossings[a].empty()) crossings[a][to] += static_cast<double>(fine_seen.crossings[a][from]) / 4;
       if (!open[a].empty()) pass(a, p, voxel, fine_seen.alpha[a][from]);
     }
   });
@@ -123,10 +122,9 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
   }
   coarse_seen.solid.assign(solid.begin(), solid.end());
   for (std::size_t a = 0; a < 3; ++a) {
-    coarse_seen.crossings[a].assign(crossings[a].begin(), crossings[a].end());
-    if (!opacity && !crossings[a].empty())  // recomputed: as level 0 has it, see fill_fractions
+    if (!opacity)  // recomputed: as level 0 has it, see fill_fractions
       for (std::size_t i = 0; i < coarse_seen.alpha[a].size(); ++i)
-        if (!(solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], coarse_seen.crossings[a][i]);
+        if (!(solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(coarse.areas[i].crossings[static_cast<int>(a)] / face));
     if (open[a].empty()) continue;
     coarse_seen.alpha[a].resize(count);
     for (std::size_t i = 0; i < count; ++i) {

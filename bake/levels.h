@@ -5,9 +5,8 @@
 
 namespace texel {
 
-// Fills what coarse_seen takes from the level below: crossings (Σ of the eight, over four columns), solid (mean of the eight), inside (all
-// eight inside). Opacity too (filter_opacity) when `opacity`; otherwise coarse_seen.alpha was recomputed and stays.
-// `coarse_voxels`: the coarser grid's counts. Children beyond the finer grid are empty.
-void filter_visibility(const Surface& fine, const Visibility& fine_seen, const Surface& coarse, const V3i& coarse_voxels, bool opacity, Visibility& coarse_seen);
+// Fills what coarse_seen takes from the level below: solid (mean of the eight), inside (all eight inside). Opacity too (filter_opacity) when `opacity`; otherwise coarse_seen.alpha was recomputed and stays.
+// `level`, `coarse_voxels`: the coarser grid's number and counts. Children beyond the finer grid are empty.
+void filter_visibility(const Surface& fine, const Visibility& fine_seen, const Surface& coarse, int level, const V3i& coarse_voxels, bool opacity, Visibility& coarse_seen);
 
 }  // namespace texel

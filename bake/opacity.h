@@ -19,6 +19,14 @@ struct RaySums {
     a += stopped; t += met; l += inside; w += overlap ? 1 : 0;
     tt += met * met; tl += met * inside; at += stopped * met; al += stopped * inside;
   }
+  // As many stopped rays without overlap that are inside before, or meet just `met`.
+  void add_many(double rays, double met, bool inside_before) {
+    const double t_all = rays * met, inside = inside_before ? rays : 0;
+    a += rays; t += t_all; l += inside;
+    tt += t_all * met; tl += inside * met; at += t_all; al += inside;
+  }
+  // To a ray counted as one inside before that met nothing: it did meet this much open surface.
+  void add_met_inside(double met) { t += met; tt += met * met; tl += met; at += met; }
 };
 
 // The same sums as integers, per voxel, so that bands of rays may add to one voxel in any order.

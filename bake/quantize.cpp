@@ -74,7 +74,7 @@ Layer matter_layer(const Surface& surface, const Visibility& seen, const Grid& g
         const auto at = static_cast<std::size_t>(b);
         // Solid parts are opaque; transparency belongs to what surface there is.
         if (seen.solid.empty() || seen.solid[at] <= 0)
-          if (const double covered = surface.moments[at].covered; covered > 0) a *= 1 - surface.material[at].transparency / covered;
+          if (const double covered = surface.areas[at].covered; covered > 0) a *= 1 - surface.material[at].transparency / covered;
       }
       double depth = 0;
       for (int k = 0; k < 3; ++k) depth += a[k] < 1 ? std::min(cap, -std::log1p(-a[k])) : cap;
@@ -118,14 +118,14 @@ Layer surface_layer(const Surface& surface, const Visibility& seen, int level, c
   const std::int64_t count = surface.set.count;
   const double face = std::pow(4.0, level);  // level-0 voxel faces in one of this level's
   const auto over_covered = [&](std::size_t i, const V3d& sum) {
-    const double covered = surface.moments[i].covered;
+    const double covered = surface.areas[i].covered;
     return covered > 0 ? sum / covered : V3d(0, 0, 0);
   };
   const auto add = [&](const std::string& name, int components, auto&& fill) { layer.channels.push_back(make_channel(name, components, count, fill)); };
   if (recipe.want.ndf || recipe.want.normal) {
-    add("area", 1, [&](std::size_t i) { return V3d(surface.moments[i].area / face, 0, 0); });
+    add("area", 1, [&](std::size_t i) { return V3d(surface.areas[i].area / face, 0, 0); });
     if (kinds.cutouts)
-      add("coverage", 1, [&](std::size_t i) { return V3d(surface.moments[i].area > 0 ? surface.moments[i].covered / surface.moments[i].area : 0, 0, 0); });
+      add("coverage", 1, [&](std::size_t i) { return V3d(surface.areas[i].area > 0 ? surface.areas[i].covered / surface.areas[i].area : 0, 0, 0); });
   }
   // Visible normals where they were asked for; surface that no ray met keeps all of its own.
   std::vector<Moments> visible = seen.visible;
@@ -134,10 +134,7 @@ Layer surface_layer(const Surface& surface, const Visibility& seen, int level, c
   const std::vector<Moments>& moments = visible.empty() ? surface.moments : visible;
   if (recipe.want.normal) add("normal", 3, [&](std::size_t i) { return moments[i].covered > 0 ? moments[i].m / moments[i].covered : V3d(0, 0, 0); });
   if (recipe.want.ndf) add_ndf(moments, recipe, layer);
-  if (recipe.want.visibility && !seen.crossings[0].empty())
-    add("crossings", 3, [&](std::size_t i) {
-      return V3d(static_cast<double>(seen.crossings[0][i]), static_cast<double>(seen.crossings[1][i]), static_cast<double>(seen.crossings[2][i]));
-    });
+  if (recipe.want.visibility) add("crossings", 3, [&](std::size_t i) { return surface.areas[i].crossings / face; });
   if (recipe.want.material && !surface.material.empty()) {
     if (kinds.ks) add("ks", 3, [&](std::size_t i) { return over_covered(i, surface.material[i].ks); });
     if (kinds.roughness) add("roughness", 1, [&](std::size_t i) { return V3d(std::sqrt(over_covered(i, V3d(surface.material[i].roughness2)).x), 0, 0); });
@@ -159,8 +156,12 @@ Level make_level(const Surface& surface, const Visibility& seen, const ColorFiel
     Layer layer;
     layer.set = color.set;
     layer.tiles = seen.inside_blocks;
-    Channel c = make_channel("Cd", 3, color.set.count, [&](std::size_t i) { return V3d(color.color[i]); });
-    for (const V3f& t : color.tiles) c.tiles.insert(c.tiles.end(), {t.x, t.y, t.z});
+    const auto of = [&](const std::vector<V3f>& colors, std::size_t i) { return color.one_color ? *color.one_color : colors[i]; };
+    Channel c = make_channel("Cd", 3, color.set.count, [&](std::size_t i) { return V3d(of(color.color, i)); });
+    for (std::size_t t = 0; t < layer.tiles.size(); ++t) {
+      const V3f v = of(color.tiles, t);
+      c.tiles.insert(c.tiles.end(), {v.x, v.y, v.z});
+    }
     layer.channels.push_back(std::move(c));
     keep(std::move(layer));
   }

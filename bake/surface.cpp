@@ -1,10 +1,12 @@
 #include "bake/surface.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <span>
 
 #include "bake/block_index.h"
 #include "bake/clip.h"
@@ -17,46 +19,61 @@ struct Facet {
   std::uint32_t triangle;
   V3d normal;          // turned, unit, voxel space = world directions
   V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
-  V3d mean;                      // of n over the triangle
-  std::array<double, 6> square;  // of n nᵀ: xx, yy, zz, xy, xz, yz
+  Moments facing;      // of a unit of covered area
   bool one_sided, sampled, closed;
-  float coverage;      // where it is not sampled
+  Areas whole, covered;  // what a unit of area adds; of it what goes by covered area, where that is sampled
   float uv_width;      // uv per world length
   V3f color;
 };
 
-// One layer of blocks under construction: voxels get consecutive numbers as they are first met.
-struct Layer8 {
-  struct Cells { std::array<std::int32_t, 512> number; };
-  std::vector<std::int32_t> slot;       // per (by, bx)
-  std::vector<Cells> cells;
+// A block under construction: 512 of each sum that is wanted; those of a voxel are set to 0 when it is first met.
+struct DenseBlock {
+  std::array<std::uint64_t, 8> mask{};
+  std::vector<Areas> areas;
   std::vector<Moments> moments;
-  std::vector<Projected> projected;
   std::vector<V3d> color;
   std::vector<MaterialSums> material;
 };
 
-std::array<double, 6> outer(const V3d& n) { return {n.x * n.x, n.y * n.y, n.z * n.z, n.x * n.y, n.x * n.z, n.y * n.z}; }
+// One layer of blocks under construction. A thread makes one after the other in the same memory.
+struct Layer8 {
+  std::vector<std::int32_t> slot;       // per (by, bx), into blocks; −1: none yet
+  std::vector<DenseBlock> blocks;
+  std::size_t used = 0;                 // of blocks
 
-// Means of n and n nᵀ over a triangle with the surface's own normals at its corners, which know how the surface bends within it. Where they
-// belong together they are interpolated, and the integral is exact; over an edge of the surface each counts for a third.
-bool bent_means(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner, V3d* mean, std::array<double, 6>* square) {
+  DenseBlock& block(std::size_t column, const SurfaceWant& want) {
+    if (const std::int32_t s = slot[column]; s >= 0) return blocks[static_cast<std::size_t>(s)];
+    slot[column] = static_cast<std::int32_t>(used);
+    if (used == blocks.size()) {
+      DenseBlock& b = blocks.emplace_back();
+      b.areas.resize(512);
+      if (want.normals) b.moments.resize(512);
+      if (want.color) b.color.resize(512);
+      if (want.material) b.material.resize(512);
+    }
+    blocks[used].mask.fill(0);
+    return blocks[used++];
+  }
+};
+
+// Moments of a unit of area of a triangle with the surface's own normals at its corners, which know how the surface bends within it. Where
+// they belong together they are interpolated, and the integral is exact; over an edge of the surface each counts for a third.
+bool bent_moments(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner, bool one_sided, Moments* bent) {
   constexpr double kTogether = 0.5;  // cosine
   if (mesh.normals.empty()) return false;
   const V3d n[3] = {V3d(mesh.normals[corner[0]]), V3d(mesh.normals[corner[1]]), V3d(mesh.normals[corner[2]])};
   for (const V3d& v : n)
     if (!(v.length2() > 0)) return false;
   const V3d sum = n[0] + n[1] + n[2];
-  *square = {};
-  for (const V3d& v : n)
-    for (std::size_t i = 0; i < 6; ++i) (*square)[i] += outer(v)[i];
-  if (n[0].dot(n[1]) > kTogether && n[1].dot(n[2]) > kTogether && n[2].dot(n[0]) > kTogether)
-    for (std::size_t i = 0; i < 6; ++i) (*square)[i] = ((*square)[i] + outer(sum)[i]) / 12;
-  else
-    for (double& v : *square) v /= 3;
-  const double trace = (*square)[0] + (*square)[1] + (*square)[2];  // a little below 1 between normals
-  for (double& v : *square) v /= trace;
-  *mean = sum / (3 * std::sqrt(trace));
+  Moments m;
+  for (const V3d& v : n) add_outer(m, v, 1);
+  const bool together = n[0].dot(n[1]) > kTogether && n[1].dot(n[2]) > kTogether && n[2].dot(n[0]) > kTogether;
+  if (together) add_outer(m, sum, 1);
+  // Interpolated normals are a little shorter than 1 in between: everything is scaled so that the trace is that of unit normals.
+  const double trace = m.xx + m.yy + m.zz;
+  bent->add(m, 1 / trace);
+  bent->covered = 1;
+  if (one_sided) bent->m = sum / (3 * std::sqrt(trace / (together ? 12 : 3)));
   return true;
 }
 
@@ -78,15 +95,26 @@ struct Clipper {
     facet.origin = a;
     facet.g1 = (c - a).cross(cross) / square;
     facet.g2 = cross.cross(b - a) / square;
-    if (!bent_means(scene.mesh, tri, &facet.mean, &facet.square)) {
-      facet.mean = facet.normal;
-      facet.square = outer(facet.normal);
-    }
     const std::uint32_t material = scene.mesh.materials[t];
     facet.one_sided = !plan.two_sided[material];
     facet.closed = plan.winding[t] != 0;
+    facet.facing = {};
+    if (!bent_moments(scene.mesh, tri, facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);
     facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty()));
-    facet.coverage = 1;
+    Areas open;  // what goes by covered area
+    open.covered = 1;
+    Areas all;
+    all.area = 1;
+    for (int i = 0; i < 3; ++i) {
+      const double across = std::abs(facet.normal[i]);
+      open.crossings[i] = across;
+      if (!facet.closed) open.stopping[i] = across;
+      if (facet.closed) all.stopping[i] = std::max(0.0, -facet.normal[i]);
+      if (facet.closed) all.outward[i] = facet.normal[i];
+    }
+    if (!facet.sampled) all += open;
+    facet.whole = all;
+    facet.covered = open;
     facet.uv_width = plan.uv_width.empty() ? 0 : plan.uv_width[t];
     facet.color = scene.materials[material].kd;
     corners.n = 3;
@@ -111,54 +139,38 @@ struct Clipper {
       coverage += static_cast<double>(s.coverage) * part;
       total += part;
     }
-    if (!(total > 0)) return {facet.color, facet.coverage};
+    if (!(total > 0)) return {facet.color, 1};
     return {coverage > 0 ? V3f(color / coverage) : V3f(0, 0, 0), static_cast<float>(coverage / total)};
   }
 
   void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
     double height = 0;
-    const double area = polygon_area(piece, facet.normal, &height);
+    const double area = polygon_area(piece, facet.normal, facet.closed ? &height : nullptr);
     if (!(area > 0)) return;
     const std::size_t column = static_cast<std::size_t>(cell.y / 8) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(cell.x / 8);
-    if (layer.slot[column] < 0) {
-      layer.slot[column] = static_cast<std::int32_t>(layer.cells.size());
-      layer.cells.emplace_back().number.fill(-1);
+    DenseBlock& block = layer.block(column, want);
+    const auto x = static_cast<std::size_t>(cell.x & 7), in_word = static_cast<std::size_t>((cell.y & 7) << 3 | (cell.z & 7)), at = x << 6 | in_word;
+    if (std::uint64_t& word = block.mask[x]; (word >> in_word & 1u) == 0) {
+      word |= std::uint64_t{1} << in_word;
+      block.areas[at] = {};
+      if (want.normals) block.moments[at] = {};
+      if (want.color) block.color[at] = V3d(0, 0, 0);
+      if (want.material) block.material[at] = {};
     }
-    std::int32_t& number = layer.cells[static_cast<std::size_t>(layer.slot[column])].number[static_cast<std::size_t>((cell.x & 7) << 6 | (cell.y & 7) << 3 | (cell.z & 7))];
-    if (number < 0) {
-      number = static_cast<std::int32_t>(layer.moments.size());
-      layer.moments.emplace_back();
-      layer.projected.emplace_back();
-      if (want.color) layer.color.emplace_back(0, 0, 0);
-      if (want.material) layer.material.emplace_back();
+    Areas& sums = block.areas[at];
+    sums.add(facet.whole, area);
+    if (facet.closed) sums.lost += facet.normal.z * area * (cell.z + 1 - height);
+    SurfaceSample s{facet.color, 1};
+    if (facet.sampled) {
+      s = integrate(facet, piece, area);
+      sums.add(facet.covered, area * static_cast<double>(s.coverage));
     }
-    SurfaceSample s{facet.color, facet.coverage};
-    if (facet.sampled) s = integrate(facet, piece, area);
-
-    Moments& sums = layer.moments[static_cast<std::size_t>(number)];
-    const V3d& n = facet.normal;
     const double w = area * static_cast<double>(s.coverage);
-    sums.area += area;
-    sums.covered += w;
-    if (facet.one_sided) sums.m += facet.mean * w;
-    sums.xx += w * facet.square[0];
-    sums.yy += w * facet.square[1];
-    sums.zz += w * facet.square[2];
-    sums.xy += w * facet.square[3];
-    sums.xz += w * facet.square[4];
-    sums.yz += w * facet.square[5];
-    Projected& shadow = layer.projected[static_cast<std::size_t>(number)];
-    for (int a = 0; a < 3; ++a) {
-      const double across = std::abs(n[a]) * w;
-      shadow.crossings[a] += across;
-      shadow.stopping[a] += facet.closed ? std::max(0.0, -n[a]) * area : across;
-      if (facet.closed) shadow.outward[a] += n[a] * area;
-    }
-    if (facet.closed) shadow.lost += n.z * area * (cell.z + 1 - height);
-    if (want.color) layer.color[static_cast<std::size_t>(number)] += V3d(s.color) * w;
+    if (want.normals) block.moments[at].add(facet.facing, w);
+    if (want.color) block.color[at] += V3d(s.color) * w;
     if (!want.material) return;
     const Material& material = scene.materials[scene.mesh.materials[facet.triangle]];
-    MaterialSums& mean = layer.material[static_cast<std::size_t>(number)];
+    MaterialSums& mean = block.material[at];
     const double alpha = static_cast<double>(material.roughness);
     mean.ks += V3d(material.ks) * w;
     mean.emission += V3d(material.ke) * w;
@@ -206,65 +218,68 @@ void bin_triangles(const Scene& scene, const Plan& plan, int layers, std::vector
       for (int l = l0; l <= l1; ++l) bins[at[static_cast<std::size_t>(l)]++] = t;
 }
 
-// A finished layer in mask order: `order` says which voxel of the layer comes next.
-struct PackedLayer {
-  Layer8 layer;
-  std::vector<Block> blocks;
-  std::vector<std::int32_t> order;
-};
+// The values of a layer's voxels in the order of the set.
+template <class T>
+std::vector<T> packed(const Layer8& layer, std::span<const std::int32_t> order, std::size_t count, std::vector<T> DenseBlock::* values) {
+  std::vector<T> out;
+  out.reserve(count);
+  for (const std::int32_t s : order) {
+    const DenseBlock& from = layer.blocks[static_cast<std::size_t>(s)];
+    for (std::size_t x = 0; x < 8; ++x)
+      for (std::uint64_t word = from.mask[x]; word; word &= word - 1) out.push_back((from.*values)[x << 6 | static_cast<std::size_t>(__builtin_ctzll(word))]);
+  }
+  return out;
+}
 
-PackedLayer pack_layer(Layer8&& layer, const V3i& blocks, int bz) {
-  PackedLayer packed;
-  packed.order.reserve(layer.moments.size());
+Surface pack_layer(const Layer8& layer, const V3i& blocks, int bz, const SurfaceWant& want) {
+  Surface part;
+  std::vector<std::int32_t> order;
   for (int by = 0; by < blocks.y; ++by)
     for (int bx = 0; bx < blocks.x; ++bx) {
       const std::int32_t slot = layer.slot[static_cast<std::size_t>(by) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(bx)];
       if (slot < 0) continue;
-      Block block;
+      order.push_back(slot);
+      Block& block = part.set.blocks.emplace_back();
       block.at = V3i(bx, by, bz);
-      block.first = static_cast<std::int64_t>(packed.order.size());
-      const auto& number = layer.cells[static_cast<std::size_t>(slot)].number;
-      for (std::size_t i = 0; i < 512; ++i) {
-        if (number[i] < 0) continue;
-        block.mask[i >> 6] |= std::uint64_t{1} << (i & 63);
-        packed.order.push_back(number[i]);
-      }
-      packed.blocks.push_back(block);
+      block.mask = layer.blocks[static_cast<std::size_t>(slot)].mask;
+      block.first = part.set.count;
+      for (const std::uint64_t word : block.mask) part.set.count += __builtin_popcountll(word);
     }
-  layer.cells = {};
-  packed.layer = std::move(layer);
-  return packed;
+  const auto count = static_cast<std::size_t>(part.set.count);
+  part.areas = packed(layer, order, count, &DenseBlock::areas);
+  if (want.normals) part.moments = packed(layer, order, count, &DenseBlock::moments);
+  if (want.color) part.color = packed(layer, order, count, &DenseBlock::color);
+  if (want.material) part.material = packed(layer, order, count, &DenseBlock::material);
+  return part;
 }
 
-Surface join(std::vector<PackedLayer>& layers, const SurfaceWant& want) {
+// Layers, lowest first -> one surface. Each part's memory goes back as soon as it is copied.
+Surface join(std::vector<Surface>& parts) {
   Surface surface;
   std::vector<std::int64_t> first;
-  for (PackedLayer& layer : layers) {
+  for (const Surface& part : parts) {
     first.push_back(surface.set.count);
-    for (Block& block : layer.blocks) {
+    for (Block block : part.set.blocks) {
       block.first += surface.set.count;
       surface.set.blocks.push_back(block);
     }
-    surface.set.count += static_cast<std::int64_t>(layer.order.size());
+    surface.set.count += part.set.count;
   }
-  const auto count = static_cast<std::size_t>(surface.set.count);
-  surface.moments.resize(count);
-  surface.projected.resize(count);
-  if (want.color) surface.color.resize(count);
-  if (want.material) surface.material.resize(count);
-  tbb::parallel_for(std::size_t{0}, layers.size(), [&](std::size_t l) {
-    const PackedLayer& from = layers[l];
-    auto to = static_cast<std::size_t>(first[l]);
-    for (const std::int32_t number : from.order) {
-      const auto i = static_cast<std::size_t>(number);
-      surface.moments[to] = from.layer.moments[i];
-      surface.projected[to] = from.layer.projected[i];
-      if (want.color) surface.color[to] = from.layer.color[i];
-      if (want.material) surface.material[to] = from.layer.material[i];
-      ++to;
-    }
-    layers[l] = {};
-  });
+  const auto gather = [&](auto member) {
+    auto& to = surface.*member;
+    const bool wanted = std::any_of(parts.begin(), parts.end(), [&](const Surface& part) { return !(part.*member).empty(); });
+    if (!wanted) return;
+    to.resize(static_cast<std::size_t>(surface.set.count));
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
+      auto& from = parts[p].*member;
+      std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(first[p]));
+      from = {};
+    });
+  };
+  gather(&Surface::areas);
+  gather(&Surface::moments);
+  gather(&Surface::color);
+  gather(&Surface::material);
   return surface;
 }
 
@@ -277,17 +292,20 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
   bin_triangles(scene, plan, blocks.z, first, bins);
 
   const Clipper clipper{scene, plan, textures, want, blocks};
-  std::vector<PackedLayer> packed(static_cast<std::size_t>(blocks.z));
+  std::vector<Surface> parts(static_cast<std::size_t>(blocks.z));
+  tbb::enumerable_thread_specific<Layer8> layers;
   std::atomic<int> done{0};
   tbb::parallel_for(0, blocks.z, [&](int bz) {
-    Layer8 layer;
+    Layer8& layer = layers.local();
     layer.slot.assign(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y), -1);
+    layer.used = 0;
     const int z0 = bz * 8, z1 = std::min(plan.grid.n.z, z0 + 8);
     for (std::size_t i = first[static_cast<std::size_t>(bz)]; i < first[static_cast<std::size_t>(bz) + 1]; ++i) clipper.clip_triangle(layer, bins[i], z0, z1);
-    packed[static_cast<std::size_t>(bz)] = pack_layer(std::move(layer), blocks, bz);
+    parts[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
   });
-  return join(packed, want);
+  layers.clear();
+  return join(parts);
 }
 
 Surface coarser(const Surface& fine) {
@@ -328,8 +346,9 @@ Surface coarser(const Surface& fine) {
         result.set.count += bits;
         result.set.blocks.push_back(b);
       }
-  result.moments.resize(static_cast<std::size_t>(result.set.count));
-  result.projected.resize(static_cast<std::size_t>(result.set.count));
+  result.one_color = fine.one_color;
+  result.areas.resize(static_cast<std::size_t>(result.set.count));
+  if (!fine.moments.empty()) result.moments.resize(static_cast<std::size_t>(result.set.count));
   if (!fine.color.empty()) result.color.resize(static_cast<std::size_t>(result.set.count), V3d(0, 0, 0));
   if (!fine.material.empty()) result.material.resize(static_cast<std::size_t>(result.set.count));
   for (const Block& b : fine.set.blocks) {
@@ -337,8 +356,8 @@ Surface coarser(const Surface& fine) {
     for_each_voxel(b, [&](int x, int y, int z, std::int64_t index) {
       const int px = (b.at.x & 1) * 4 + x / 2, py = (b.at.y & 1) * 4 + y / 2, pz = (b.at.z & 1) * 4 + z / 2;
       const auto to = static_cast<std::size_t>(parent.index(px, py, pz));
-      result.moments[to] += fine.moments[static_cast<std::size_t>(index)];
-      result.projected[to] += fine.projected[static_cast<std::size_t>(index)];
+      result.areas[to] += fine.areas[static_cast<std::size_t>(index)];
+      if (!fine.moments.empty()) result.moments[to] += fine.moments[static_cast<std::size_t>(index)];
       if (!fine.color.empty()) result.color[to] += fine.color[static_cast<std::size_t>(index)];
       if (!fine.material.empty()) result.material[to] += fine.material[static_cast<std::size_t>(index)];
     });

@@ -1,5 +1,6 @@
 #pragma once
 // Stage 2: Scene, Plan -> border voxels with exact moments of the surface in each
+#include <optional>
 #include <vector>
 
 #include "bake/plan.h"
@@ -19,15 +20,49 @@ void add_outer(Sums& sums, const V3d& n, double weight) {
   sums.yz += weight * n.y * n.z;
 }
 
-// Sums over the surface clipped to a voxel; lengths in voxels of level 0, areas in their squares, at every level. Additive.
-struct Moments {
+// Sums over the surface clipped to a voxel; lengths in voxels of level 0, areas in their squares, at every level. All additive.
+
+// How much there is, and its shadows along x, y and z.
+struct Areas {
   double area = 0;          // before cut-outs
-  double covered = 0;       // A: after cut-outs; the weight of all that follows
+  double covered = 0;       // A: after cut-outs; the weight of all means
+  V3d crossings{0, 0, 0};   // Σ A|n|, after cut-outs: the mean number of crossings of a ray, times the face
+  V3d stopping{0, 0, 0};    // closed surface where a ray in +axis direction enters it, before cut-outs; open surface as above
+  V3d outward{0, 0, 0};     // Σ A n of closed surface, before cut-outs: what the inside loses from the near to the far wall
+  double lost = 0;          // of level 0, along z: Σ A n_z (1 − ζ) of closed surface at height ζ in the voxel; with the share f of the near wall
+                            // that is inside, f − lost is the filled fraction (divergence theorem)
+
+  Areas& operator+=(const Areas& o) {
+    area += o.area; covered += o.covered; crossings += o.crossings; stopping += o.stopping; outward += o.outward; lost += o.lost;
+    return *this;
+  }
+  void add(const Areas& o, double factor) {
+    area += o.area * factor; covered += o.covered * factor; lost += o.lost * factor;
+    for (int a = 0; a < 3; ++a) {
+      crossings[a] += o.crossings[a] * factor;
+      stopping[a] += o.stopping[a] * factor;
+      outward[a] += o.outward[a] * factor;
+    }
+  }
+};
+
+// Which way it faces. All weighted by covered area.
+struct Moments {
+  double covered = 0;       // A
   V3d m{0, 0, 0};           // Σ A n, of one-sided surface only
   double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  // Σ A n nᵀ
 
+  void add(const V3d& n, double a, bool one_sided) {
+    covered += a;
+    if (one_sided) m += n * a;
+    add_outer(*this, n, a);
+  }
+  void add(const Moments& o, double factor) {
+    covered += o.covered * factor; m += o.m * factor;
+    xx += o.xx * factor; yy += o.yy * factor; zz += o.zz * factor; xy += o.xy * factor; xz += o.xz * factor; yz += o.yz * factor;
+  }
   Moments& operator+=(const Moments& o) {
-    area += o.area; covered += o.covered; m += o.m;
+    covered += o.covered; m += o.m;
     xx += o.xx; yy += o.yy; zz += o.zz; xy += o.xy; xz += o.xz; yz += o.yz;
     return *this;
   }
@@ -46,32 +81,22 @@ struct MaterialSums {
   }
 };
 
-// Projected areas of the surface in a voxel along x, y and z, level-0 voxel faces. Additive.
-struct Projected {
-  V3d crossings{0, 0, 0};   // Σ A|n|, after cut-outs: the mean number of crossings of a ray, times the face
-  V3d stopping{0, 0, 0};    // closed surface where a ray in +axis direction enters it, before cut-outs; open surface as above
-  V3d outward{0, 0, 0};     // Σ A n of closed surface, before cut-outs: what the inside loses from the near to the far wall
-  double lost = 0;          // of level 0, along z: Σ A n_z (1 − ζ) of closed surface at height ζ in the voxel; with the share f of the near wall
-                            // that is inside, f − lost is the filled fraction (divergence theorem)
-
-  Projected& operator+=(const Projected& o) {
-    crossings += o.crossings; stopping += o.stopping; outward += o.outward; lost += o.lost;
-    return *this;
-  }
-};
-
 struct Surface {
   VoxelSet set;                         // voxels with surface in them
-  std::vector<Moments> moments;         // per voxel of the set
-  std::vector<Projected> projected;     // likewise
-  std::vector<V3d> color;               // likewise: Σ A·albedo, linear; empty where no colour is wanted
+  std::vector<Areas> areas;             // per voxel of the set
+  std::vector<Moments> moments;         // likewise; empty where no normals are wanted
+  std::vector<V3d> color;               // likewise: Σ A·albedo, linear; empty where no colour is wanted or there is only one
+  std::optional<V3f> one_color;         // of all the surface there is
   std::vector<MaterialSums> material;   // likewise; empty where no material says more than a colour
+
+  // Mean albedo of the voxel's surface, which must have some, and colours.
+  [[nodiscard]] V3f mean_color(std::size_t i) const { return one_color ? *one_color : V3f(color[i] / areas[i].covered); }
 };
 
-struct SurfaceWant { bool color = true, material = true; };
+struct SurfaceWant { bool color = true, normals = true, material = true; };
 
 // Exact to rounding: Σ area over voxels is the area of the mesh within the box. A voxel's sums run in triangle order.
-// Memory: 90–200 bytes a border voxel. Threads: one block layer (8 voxels along z) a task.
+// Memory: 96–280 bytes a border voxel. Threads: one block layer (8 voxels along z) a task.
 [[nodiscard]] Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report);
 
 // Sums of eight children each: the surface one level up.

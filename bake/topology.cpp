@@ -1,7 +1,9 @@
 #include "bake/topology.h"
 
-#include <tbb/parallel_sort.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <bit>
 #include <numeric>
 
@@ -34,11 +36,51 @@ std::vector<std::uint32_t> weld(std::span<const V3d> points) {
   return first;
 }
 
-struct HalfEdge {
-  std::uint64_t edge;      // lower vertex in the high word, higher in the low word
+struct HalfEdge {          // of a known lower vertex
+  std::uint32_t higher;
   std::uint32_t triangle;
   std::int32_t sign;       // +1 where the triangle runs from the lower to the higher vertex
-  bool operator<(const HalfEdge& o) const { return edge != o.edge ? edge < o.edge : triangle < o.triangle; }
+  bool operator<(const HalfEdge& o) const { return higher != o.higher ? higher < o.higher : triangle < o.triangle; }
+};
+
+// All half-edges, those of one edge side by side, edges and their triangles ascending; first[v] … first[v+1]: those whose lower vertex is v.
+// A vertex has a handful, so a counting sort by it leaves next to nothing to sort.
+struct HalfEdges {
+  std::vector<std::size_t> first;
+  std::vector<HalfEdge> edges;
+
+  HalfEdges(std::span<const std::uint32_t> welded, std::span<const Triangle> triangles) : first(welded.size() + 2, 0) {
+    const auto each = [&](auto&& call) {
+      for (std::size_t t = 0; t < triangles.size(); ++t) {
+        const std::uint32_t v[3] = {welded[triangles[t][0]], welded[triangles[t][1]], welded[triangles[t][2]]};
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+        for (int i = 0; i < 3; ++i) {
+          const std::uint32_t a = v[i], b = v[(i + 1) % 3];
+          call(std::min(a, b), HalfEdge{std::max(a, b), static_cast<std::uint32_t>(t), a < b ? 1 : -1});
+        }
+      }
+    };
+    // Counted one place further on, so that filling moves each start to where it belongs.
+    each([&](std::uint32_t lower, const HalfEdge&) { ++first[lower + 2]; });
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    edges.resize(first.back());
+    each([&](std::uint32_t lower, const HalfEdge& e) { edges[first[lower + 1]++] = e; });
+    first.pop_back();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, first.size() - 1, 4096), [&](const auto& range) {
+      for (std::size_t v = range.begin(); v < range.end(); ++v)
+        std::sort(edges.begin() + static_cast<std::ptrdiff_t>(first[v]), edges.begin() + static_cast<std::ptrdiff_t>(first[v + 1]));
+    });
+  }
+
+  // call(from, to) for the half-edges [from, to) of each edge, in order.
+  template <class Call>
+  void for_each_edge(Call&& call) const {
+    for (std::size_t v = 0; v + 1 < first.size(); ++v)
+      for (std::size_t i = first[v], j; i < first[v + 1]; i = j) {
+        for (j = i + 1; j < first[v + 1] && edges[j].higher == edges[i].higher;) ++j;
+        call(i, j);
+      }
+  }
 };
 
 struct Sets {              // union-find that also keeps the parity of turns between a triangle and its root
@@ -77,28 +119,17 @@ struct Sets {              // union-find that also keeps the parity of turns bet
 
 Topology find_topology(std::span<const V3d> points, std::span<const Triangle> triangles) {
   const std::vector<std::uint32_t> first = weld(points);
-  std::vector<HalfEdge> edges;
-  edges.reserve(triangles.size() * 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const std::uint32_t v[3] = {first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
-    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
-    for (int i = 0; i < 3; ++i) {
-      const std::uint32_t a = v[i], b = v[(i + 1) % 3];
-      const bool up = a < b;
-      edges.push_back({(std::uint64_t{up ? a : b} << 32) | (up ? b : a), static_cast<std::uint32_t>(t), up ? 1 : -1});
-    }
-  }
-  tbb::parallel_sort(edges.begin(), edges.end());
+  const HalfEdges half(first, triangles);
+  const std::vector<HalfEdge>& edges = half.edges;
 
   // Two-triangle edges first: they alone say who must be turned. Then the rest, which only join.
   Sets sets(triangles.size());
   for (int pass = 0; pass < 2; ++pass)
-    for (std::size_t i = 0, j; i < edges.size(); i = j) {
-      for (j = i + 1; j < edges.size() && edges[j].edge == edges[i].edge;) ++j;
-      if ((j - i == 2) != (pass == 0)) continue;
+    half.for_each_edge([&](std::size_t i, std::size_t j) {
+      if ((j - i == 2) != (pass == 0)) return;
       for (std::size_t k = i + 1; k < j; ++k)
         sets.join(edges[i].triangle, edges[k].triangle, pass == 0 && edges[i].sign == edges[k].sign ? 1 : 0);
-    }
+    });
 
   Topology result;
   result.component.assign(triangles.size(), kNoIndex);
@@ -120,11 +151,11 @@ Topology find_topology(std::span<const V3d> points, std::span<const Triangle> tr
     ++part.triangles;
     part.turned += turned;
   }
-  for (std::size_t i = 0, j; i < edges.size(); i = j) {
+  half.for_each_edge([&](std::size_t i, std::size_t j) {
     int sum = 0;
-    for (j = i; j < edges.size() && edges[j].edge == edges[i].edge; ++j) sum += edges[j].sign * result.turn[edges[j].triangle];
+    for (std::size_t k = i; k < j; ++k) sum += edges[k].sign * result.turn[edges[k].triangle];
     if (sum != 0) ++result.components[result.component[edges[i].triangle]].open_edges;
-  }
+  });
   for (Topology::Component& part : result.components) part.closed = part.open_edges == 0;
 
   // Signed volume about each component's own first corner, so that offsets cost no digits.

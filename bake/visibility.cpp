@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "bake/block_index.h"
@@ -58,7 +59,22 @@ struct CellSum {
   RaySums rays;
   double length = 0;                          // inside, over all rays; voxels of level 0
   int inside_above = 0;                       // rays inside beyond the cell
+  // Nearly all rays are of these kinds, counted here until fold(): one that passes wholly inside, as changes from the cell before; one
+  // inside at the near wall; one stopped by the first surface it meets.
+  int passing = 0, begun_inside = 0, met_once = 0;
 };
+
+// Spreads the counts of a column's cells out to their sums.
+void fold(std::span<CellSum> sums, int edge) {
+  int passing = 0;
+  for (CellSum& s : sums) {
+    passing += s.passing;
+    s.rays.add_many(passing + s.begun_inside, 0, true);
+    s.rays.add_many(s.met_once, 1, false);
+    s.length += static_cast<double>(passing) * edge;
+    s.inside_above += passing;
+  }
+}
 
 struct Worker {                               // reused buffers of one thread
   Band band;
@@ -68,22 +84,55 @@ struct Worker {                               // reused buffers of one thread
   std::vector<CellSum> sums;
 };
 
-// Follows one ray through the border voxels of its column. Cells are level-`level` voxels.
+// Follows one ray through the border voxels of its column, from crossing to crossing. Cells are level-`level` voxels. `sums` has one more
+// than cells, for what begins to pass beyond the last.
 void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, std::span<CellSum> sums, int* inside_first) {
   int winding = 0;
   const int below = cells.empty() ? 0 : cells.front().k << level;
   while (c != end && c->cell < below) winding += (c++)->winding;
   if (inside_first) *inside_first += winding != 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
+    // Cells up to the next crossing's are passed through.
+    const std::size_t from_cell = i;
+    if (c == end) i = cells.size();
+    else while (i < cells.size() && cells[i].k < c->cell >> level) ++i;
+    if (winding == 1) {
+      ++sums[from_cell].passing;
+      --sums[i].passing;
+    } else if (winding != 0) {
+      for (std::size_t j = from_cell; j < i; ++j) {
+        sums[j].rays.add(1, 0, true, true);
+        sums[j].length += 1 << level;
+        ++sums[j].inside_above;
+      }
+    }
+    if (i == cells.size()) return;
     const int lo = cells[i].k << level, hi = lo + (1 << level);
-    while (c != end && c->cell < lo) winding += (c++)->winding;
+    while (c != end && c->cell < lo) winding += (c++)->winding;  // crossings in voxels without surface of their own, by rounding
     CellSum& sum = sums[i];
     const int before = winding;
     if (c == end || c->cell >= hi) {
       if (before == 0) continue;
-      sum.rays.add(1, 0, true, before != 1);
+      if (before == 1) ++sum.begun_inside;
+      else sum.rays.add(1, 0, true, true);
       sum.length += hi - lo;
       ++sum.inside_above;
+      continue;
+    }
+    const int after = before + c->winding;
+    if ((c + 1 == end || c[1].cell >= hi) && c->coverage == 1 && (before == 0 || before == 1) && (after == 0 || after == 1)) {
+      const double depth = std::clamp<double>(c->w, lo, hi);
+      if (before == 1) {
+        ++sum.begun_inside;
+        if (c->winding == 0) sum.rays.add_met_inside(1);
+        sum.length += (after == 1 ? hi : depth) - lo;
+      } else {
+        ++sum.met_once;
+        if (after == 1) sum.length += hi - depth;
+      }
+      sum.inside_above += after;
+      winding = after;
+      ++c;
       continue;
     }
     bool stopped = before != 0, overlap = before != 0 && before != 1;
@@ -115,8 +164,8 @@ struct Tracer {
   std::span<const LevelView> views;
   std::vector<OpacitySums>& sums;             // of this axis, per level
   VisibilityResult& result;
-  std::vector<double>& lengths;               // of this axis: inside length of all rays, per level-0 voxel
-  std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn
+  std::vector<float>& lengths;                // of this axis: inside length of all rays, per level-0 voxel; empty: not needed
+  std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn; empty without slices
   std::vector<float>& missed;
   double inside_at_box;                       // share of a column that is inside where it enters the box: 0, or NaN where a box cuts matter
   std::vector<double>& exact_solid;           // per level-0 voxel: filled fraction where exactly known, else −1; rays along z only
@@ -165,15 +214,7 @@ struct Tracer {
     const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
     if (!(sum > 0)) return;
     const double area = weight / (sum * bundle.pattern.rays());
-    Moments& m = (*visible)[static_cast<std::size_t>(voxel)];
-    m.covered += area;
-    if (!bundle.plan->two_sided[bundle.scene->mesh.materials[triangle]]) m.m += n * area;
-    m.xx += area * n.x * n.x;
-    m.yy += area * n.y * n.y;
-    m.zz += area * n.z * n.z;
-    m.xy += area * n.x * n.y;
-    m.xz += area * n.x * n.z;
-    m.yz += area * n.y * n.z;
+    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->two_sided[bundle.scene->mesh.materials[triangle]]);
   }
 
   void level_column(Worker& w, int level, int cu, int cv, std::vector<InsideRun>* runs) const {
@@ -181,7 +222,7 @@ struct Tracer {
     const RayPattern& pattern = bundle.pattern;
     views[static_cast<std::size_t>(level)].cells(bundle.axes, cu, cv, w.cells);
     if (w.cells.empty() && !runs) return;
-    w.sums.assign(w.cells.size(), {});
+    w.sums.assign(w.cells.size() + 1, {});
     const RayStep step(level);
     const int v0 = std::max(band.v0, cv << level), v1 = std::min(band.v1, (cv + 1) << level);
     const int u0 = cu << level, u1 = std::min(bundle.nu, (cu + 1) << level);
@@ -197,8 +238,9 @@ struct Tracer {
         follow_ray(list.data(), list.data() + list.size(), w.cells, level, w.sums, runs ? &inside_first : nullptr);
       }
     }
+    fold(w.sums, 1 << level);
     if (level == 0) {  // all of a level-0 column's rays are in this band
-      for (std::size_t i = 0; i < w.cells.size(); ++i) lengths[static_cast<std::size_t>(w.cells[i].index)] = w.sums[i].length;
+      for (std::size_t i = 0; i < w.cells.size() && !lengths.empty(); ++i) lengths[static_cast<std::size_t>(w.cells[i].index)] = static_cast<float>(w.sums[i].length);
       finish_column(0, w.cells, [&](std::size_t i) { return w.sums[i].rays; });
     } else {
       for (std::size_t i = 0; i < w.cells.size(); ++i) sums[static_cast<std::size_t>(level)].add(w.cells[i].index, w.sums[i].rays);
@@ -225,7 +267,7 @@ struct Tracer {
     double inside = inside_at_box;
     for (std::size_t c = 0; c < cells.size(); ++c) {
       const auto i = static_cast<std::size_t>(cells[c].index);
-      const Projected& p = views[l].surface->projected[i];
+      const Areas& p = views[l].surface->areas[i];
       const RaySums met = met_in(c);
       double sampled = 0;
       double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
@@ -236,13 +278,13 @@ struct Tracer {
       Visibility& to = result.levels[l];
       to.alpha[axis][i] = static_cast<float>(alpha);
       if (level > 0) continue;
-      to.crossings[axis][i] = static_cast<float>(crossings);
       // The filled fraction is known exactly too, by the surface alone, where matter does not overlap.
       if (const double filled = near_inside - p.lost; axis == 2 && met.w == 0 && filled > -1e-6 && filled < 1 + 1e-6) exact_solid[i] = std::clamp(filled, 0.0, 1.0);
+      if (gain.empty()) continue;
       gain[i] = sampled > 0 ? static_cast<float>(alpha / sampled) : 1.0f;
       if (sampled > 0) continue;
       const Surface& surface = *views[0].surface;
-      const double covered = surface.moments[i].covered;
+      const double covered = surface.areas[i].covered;
       const double clear = surface.material.empty() || !(covered > 0) ? 0 : surface.material[i].transparency / covered;
       missed[i] = static_cast<float>(alpha * (1 - clear));
     }
@@ -319,9 +361,10 @@ bool matter_begins_inside(const Bundle& bundle) {
   return false;
 }
 
-// One axis: traces its bundle, leaves opacity in `result`, inside lengths in `lengths`, inside runs in `runs` (rays along z only).
-void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const VisibilityOptions& options, const SliceShader& shade, std::vector<double>& lengths,
-              std::vector<double>& exact_solid, std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, Report& report) {
+// One axis: traces its bundle, leaves opacity in `result`, inside lengths in `lengths` unless that is empty, inside runs in `runs` (rays
+// along z only). Returns how many crossings there are.
+std::int64_t see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const VisibilityOptions& options, const SliceShader& shade, std::vector<float>& lengths,
+                      std::vector<double>& exact_solid, std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, const std::function<void(double)>& progress) {
   const auto a = static_cast<std::size_t>(bundle.axis);
   const bool volume = options.volume_axes[a];
   // Slices take their opacity from level 0 too.
@@ -333,10 +376,9 @@ void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const Vis
     views.push_back({&surfaces[l], BlockColumns(surfaces[l].set, bundle.plan->grid.level(static_cast<int>(l)), bundle.axes)});
     if (l > 0) sums[l].voxels.assign(count, {});
     result.levels[l].alpha[a].assign(count, 0);
-    if (l == 0) result.levels[l].crossings[a].assign(count, 0);
   }
-  lengths.assign(static_cast<std::size_t>(surfaces[0].set.count), 0);
-  std::vector<float> gain(lengths.size(), 1.0f), missed(lengths.size(), 0.0f);
+  const std::size_t slice_voxels = options.slice_axes[a] ? static_cast<std::size_t>(surfaces[0].set.count) : 0;
+  std::vector<float> gain(slice_voxels, 1.0f), missed(slice_voxels, 0.0f);
   const bool collects = volume && bundle.axis == 2 && bundle.plan->fill;
   if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
   std::vector<SliceBand> slices(options.slice_axes[a] ? static_cast<std::size_t>(bundle.bands) : 0);
@@ -350,8 +392,8 @@ void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const Vis
     const auto s = static_cast<std::size_t>(b);
     Tracer own = tracer;  // it holds a buffer
     own.band(w, b, slices.empty() ? nullptr : &slices[s], collects ? &runs[s] : nullptr);
-    met += static_cast<std::int64_t>(w.band.crossings.size());
-    if (report.progress) report.progress("crossings", (bundle.axis + static_cast<double>(++done) / bundle.bands) / 3);
+    met += w.band.first.back();
+    progress(static_cast<double>(++done) / bundle.bands);
   });
   for (int level = 1; level < levels; ++level)
     tbb::parallel_for(0, ((bundle.nv - 1) >> level) + 1, [&](int v) {
@@ -361,36 +403,38 @@ void see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const Vis
         tracer.finish_column(level, cells, [&](std::size_t i) { return sums[static_cast<std::size_t>(level)].get(cells[i].index); });
       }
     });
-  report.count("crossings along " + std::string(1, "xyz"[bundle.axis]), static_cast<double>(met.load()));
   if (!slices.empty()) result.slices[a] = gather_slices(bundle, options.slice_counts[a], slices);
+  return met.load();
 }
 
-// Filled fraction of each border voxel; returns their sum.
-double fill_fractions(const Surface& surface, const std::array<std::vector<double>, 3>& lengths, std::span<const double> exact, double rays, Visibility& to) {
+// Filled fraction of each border voxel; returns their sum. Where `exact` does not know it: chords along an axis are exact for surface that
+// faces it, while surface beside the rays is met in whole sub-ray rows, so each axis counts as much as the surface in the voxel faces it.
+double fill_fractions(const Surface& surface, const std::array<std::vector<float>, 3>& lengths, std::span<const double> exact, double rays, Visibility& to) {
   const auto count = static_cast<std::size_t>(surface.set.count);
   to.solid.assign(count, 0);
   double filled = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    // Chords along an axis are exact for surface that faces it, while surface beside the rays is met in whole sub-ray rows: each axis
-    // counts as much as the surface in the voxel faces it.
-    const Moments& m = surface.moments[i];
-    const double facing[3] = {m.xx, m.yy, m.zz};
-    double length = 0, weight = 0, plain = 0;
-    int axes = 0;
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (lengths[a].empty()) continue;
-      length += facing[a] * lengths[a][i];
-      weight += facing[a];
-      plain += lengths[a][i];
-      ++axes;
+    double share = exact[i];
+    if (share < 0) {
+      double length = 0, weight = 0, plain = 0;
+      int axes = 0;
+      for (int a = 0; a < 3; ++a) {
+        const std::vector<float>& of_axis = lengths[static_cast<std::size_t>(a)];
+        if (of_axis.empty()) continue;
+        const double facing = surface.areas[i].crossings[a];
+        length += facing * static_cast<double>(of_axis[i]);
+        weight += facing;
+        plain += static_cast<double>(of_axis[i]);
+        ++axes;
+      }
+      share = std::min(1.0, (weight > 0 ? length / weight : plain / std::max(1, axes)) / rays);
     }
-    const double share = exact[i] >= 0 ? exact[i] : std::min(1.0, (weight > 0 ? length / weight : plain / std::max(1, axes)) / rays);
     filled += share;
     to.solid[i] = static_cast<float>(share);
     // Without filled matter only surface stops a ray; what the near walls are exactly known to hold may be less than one ray.
     if (!(share > 0))
-      for (std::size_t a = 0; a < 3; ++a)
-        if (!to.alpha[a].empty()) to.alpha[a][i] = std::min(to.alpha[a][i], to.crossings[a][i]);
+      for (int a = 0; a < 3; ++a)
+        if (auto& alpha = to.alpha[static_cast<std::size_t>(a)]; !alpha.empty()) alpha[i] = std::min(alpha[i], static_cast<float>(surface.areas[i].crossings[a]));
   }
   return filled;
 }
@@ -401,22 +445,30 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
                             const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, Report& report) {
   VisibilityResult result;
   result.levels.resize(surfaces.size());
-  if (options.visible_normals) {
-    result.levels[0].visible.resize(static_cast<std::size_t>(surfaces[0].set.count));
-    for (std::size_t i = 0; i < result.levels[0].visible.size(); ++i) result.levels[0].visible[i].area = surfaces[0].moments[i].area;
-  }
+  const auto count = static_cast<std::size_t>(surfaces[0].set.count);
+  if (options.visible_normals) result.levels[0].visible.resize(count);
   std::vector<std::vector<InsideRun>> runs;
-  std::array<std::vector<double>, 3> lengths;
-  std::vector<double> exact_solid(static_cast<std::size_t>(surfaces[0].set.count), -1);
-  int rays = 0;
-  for (int axis = 0; axis < 3; ++axis) {
+  std::array<std::vector<float>, 3> lengths;
+  // Without filled matter it is known: 0.
+  std::vector<double> exact_solid(count, plan.fill ? -1 : 0);
+  bool chords = plan.fill;
+  int rays = 0, begun = 0;
+  std::array<std::int64_t, 3> met{-1, -1, -1};
+  // z first: it finds the filled fractions that are exactly known, and where all are, no chord is asked for any more.
+  for (const int axis : {2, 0, 1}) {
     const auto a = static_cast<std::size_t>(axis);
     if (!options.volume_axes[a] && !options.slice_axes[a]) continue;
     const Bundle bundle = make_bundle(scene, plan, textures, recipe, axis);
     rays = bundle.pattern.rays();
-    see_axis(bundle, surfaces, options, shade, lengths[a], exact_solid, runs, result, report);
+    if (chords) lengths[a].assign(count, 0);
+    const auto progress = [&](double done) { if (report.progress) report.progress("crossings", (begun + done) / 3); };
+    met[a] = see_axis(bundle, surfaces, options, shade, lengths[a], exact_solid, runs, result, progress);
+    ++begun;
+    chords = chords && std::any_of(exact_solid.begin(), exact_solid.end(), [](double e) { return e < 0; });
   }
   if (rays == 0) return result;
+  for (std::size_t a = 0; a < 3; ++a)
+    if (met[a] >= 0) report.count("crossings along " + std::string(1, "xyz"[a]), static_cast<double>(met[a]));
   const double filled = fill_fractions(surfaces[0], lengths, exact_solid, rays, result.levels[0]);
   if (plan.fill && !runs.empty()) collect_inside(runs, surfaces[0], plan.grid, result.levels[0]);
   result.volume = filled + static_cast<double>(result.levels[0].inside_count);

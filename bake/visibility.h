@@ -13,7 +13,6 @@ namespace texel {
 // What the bundles of rays say of a level's border voxels (Surface::set of that level).
 struct Visibility {
   std::array<std::vector<float>, 3> alpha;      // per axis and voxel: share of the rays stopped by surface or inside matter
-  std::array<std::vector<float>, 3> crossings;  // mean number of surface crossings a ray, weighted by coverage
   std::vector<Moments> visible;                 // of the surface seen from outside the voxel, where asked for; else empty
   std::vector<float> solid;                     // filled fraction, from the chords along the axes the surface faces
   VoxelSet inside;                              // voxels wholly inside, in blocks that hold border voxels or are only partly inside

@@ -51,7 +51,7 @@ TEST(Area, EveryModelAtEveryLevel) {
     placed.points = stages->plan.points;
     for (const Surface& surface : stages->surfaces) {
       double sum = 0;
-      for (const Moments& m : surface.moments) sum += m.area;
+      for (const Areas& a : surface.areas) sum += a.area;
       const double error = sum / mesh_area(placed) - 1, world = sum * std::pow(stages->plan.grid.h, 2) / truth - 1;
       EXPECT_LE(std::abs(error), 1e-12);
       // Points within 2⁻³⁰ voxel of a wall were put on it.

@@ -34,22 +34,31 @@ TEST(Levels, MomentsAreTheChildrensSum) {
     const Grid fine = s->plan.grid.level(static_cast<int>(l) - 1);
     const Surface &f = s->surfaces[l - 1], &c = s->surfaces[l];
     const Table<Moments> table(f.set, fine.n, [&](std::int64_t i) { return f.moments[static_cast<std::size_t>(i)]; });
+    const Table<Areas> areas(f.set, fine.n, [&](std::int64_t i) { return f.areas[static_cast<std::size_t>(i)]; });
     double total = 0;
     for_each_voxel(c.set, [&](const V3i& v, std::int64_t i) {
       Moments sum;
-      for (int k = 0; k < 8; ++k) sum += table.at(child(v, k));
+      Areas area;
+      for (int k = 0; k < 8; ++k) { sum += table.at(child(v, k)); area += areas.at(child(v, k)); }
       const Moments& m = c.moments[static_cast<std::size_t>(i)];
-      const double e = 1e-14 * sum.area;  // rounding: the order of eight additions
-      EXPECT_NEAR(m.area, sum.area, e);
+      const Areas& a = c.areas[static_cast<std::size_t>(i)];
+      const double e = 1e-14 * area.area;  // rounding: the order of eight additions
+      EXPECT_NEAR(a.area, area.area, e);
+      EXPECT_NEAR(a.covered, area.covered, e);
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(a.crossings[k], area.crossings[k], e);
+        EXPECT_NEAR(a.stopping[k], area.stopping[k], e);
+        EXPECT_NEAR(a.outward[k], area.outward[k], e);
+      }
       EXPECT_NEAR(m.covered, sum.covered, e);
-      for (int a = 0; a < 3; ++a) EXPECT_NEAR(m.m[a], sum.m[a], e);
+      for (int k = 0; k < 3; ++k) EXPECT_NEAR(m.m[k], sum.m[k], e);
       EXPECT_NEAR(m.xx, sum.xx, e); EXPECT_NEAR(m.yy, sum.yy, e); EXPECT_NEAR(m.zz, sum.zz, e);
       EXPECT_NEAR(m.xy, sum.xy, e); EXPECT_NEAR(m.xz, sum.xz, e); EXPECT_NEAR(m.yz, sum.yz, e);
-      EXPECT_GT(m.area, 0);
-      total += m.area;
+      EXPECT_GT(a.area, 0);
+      total += a.area;
     });
     double below = 0;
-    for (const Moments& m : f.moments) below += m.area;
+    for (const Areas& a : f.areas) below += a.area;
     EXPECT_NEAR(total / below, 1, 1e-13);  // no child is lost, rounding
   }
 }

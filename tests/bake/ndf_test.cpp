@@ -11,7 +11,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 void add_facet(Moments& m, const V3d& n, double area) {
-  m.area += area;
   m.covered += area;
   m.m += n * area;
   m.xx += area * n.x * n.x; m.yy += area * n.y * n.y; m.zz += area * n.z * n.z;
@@ -33,7 +32,7 @@ V3d fibonacci(int i, int n) {
 }
 Moments sphere_moments() {  // exact: ∫ n nᵀ = A/3
   Moments m;
-  m.area = m.covered = 4 * kPi;
+  m.covered = 4 * kPi;
   m.xx = m.yy = m.zz = 4 * kPi / 3;
   return m;
 }

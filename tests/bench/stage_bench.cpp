@@ -90,8 +90,8 @@ SliceShader plain_shader(const Prepared& p) {
     return footprint_sample(*p.textures, p.scene.mesh, c.triangle, b.b1, b.b2, p.plan.uv_width.empty() ? 0 : p.plan.uv_width[c.triangle] * width).color;
   };
   shader.voxel = [&p](const V3i&, std::int64_t i) {
-    const double covered = p.surfaces[0].moments[static_cast<std::size_t>(i)].covered;
-    return covered > 0 ? V3f(p.surfaces[0].color[static_cast<std::size_t>(i)] / covered) : V3f(-1, -1, -1);
+    const auto at = static_cast<std::size_t>(i);
+    return p.surfaces[0].areas[at].covered > 0 ? p.surfaces[0].mean_color(at) : V3f(-1, -1, -1);
   };
   return shader;
 }
@@ -172,7 +172,7 @@ void voxel_rate(benchmark::State& state, const Prepared& p) { rate(state, "voxel
 // Relative difference of the area in a surface's voxels from the triangles'.
 double area_error(const Surface& surface, const Plan& plan) {
   double area = 0;
-  for (const Moments& m : surface.moments) area += m.area;
+  for (const Areas& a : surface.areas) area += a.area;
   return area * plan.grid.h * plan.grid.h / plan.statistics.area - 1;
 }
 
@@ -258,7 +258,7 @@ void bench_rays(benchmark::State& state, Prepared& p, Trace what) {
     crossings = 0;
     seen = see_voxels(p.scene, p.plan, *p.textures, p.surfaces, p.recipe, options, shader, report);
     for (std::size_t l = 1; what == Trace::kFilter && l < p.surfaces.size(); ++l)
-      filter_visibility(p.surfaces[l - 1], seen.levels[l - 1], p.surfaces[l], p.plan.grid.level(static_cast<int>(l)).n, true, seen.levels[l]);
+      filter_visibility(p.surfaces[l - 1], seen.levels[l - 1], p.surfaces[l], static_cast<int>(l), p.plan.grid.level(static_cast<int>(l)).n, true, seen.levels[l]);
     for (const auto& [name, value] : report.counts)
       if (name.starts_with("crossings")) crossings += value;
   }
