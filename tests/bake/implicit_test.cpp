@@ -363,15 +363,15 @@ TEST(Implicit, NormalsOfVoxels) {
       const Moments& w = t->second;
       const auto spread_of = [](const Moments& q) {
         const V3d u = q.m.normalized();
-        return 1 - (q.xx * u.x * u.x + q.yy * u.y * u.y + q.zz * u.z * u.z + 2 * (q.xy * u.x * u.y + q.xz * u.x * u.z + q.yz * u.y * u.z)) / q.area;
+        return 1 - (q.xx * u.x * u.x + q.yy * u.y * u.y + q.zz * u.z * u.z + 2 * (q.xy * u.x * u.y + q.xz * u.x * u.z + q.yz * u.y * u.z)) / q.covered;
       };
-      const double e[6] = {m.xx / m.area - w.xx / w.area, m.yy / m.area - w.yy / w.area, m.zz / m.area - w.zz / w.area,
-                           m.xy / m.area - w.xy / w.area, m.xz / m.area - w.xz / w.area, m.yz / m.area - w.yz / w.area};
-      for (int k = 0; k < 6; ++k) square += m.area * e[k] * e[k] * (k < 3 ? 1 : 2);
-      total += m.area;
-      angle += m.area * (m.m.normalized() - w.m.normalized()).length2();
-      spread += m.area * spread_of(m);
-      spread_truth += m.area * spread_of(w);
+      const double e[6] = {m.xx / m.covered - w.xx / w.covered, m.yy / m.covered - w.yy / w.covered, m.zz / m.covered - w.zz / w.covered,
+                           m.xy / m.covered - w.xy / w.covered, m.xz / m.covered - w.xz / w.covered, m.yz / m.covered - w.yz / w.covered};
+      for (int k = 0; k < 6; ++k) square += m.covered * e[k] * e[k] * (k < 3 ? 1 : 2);
+      total += m.covered;
+      angle += m.covered * (m.m.normalized() - w.m.normalized()).length2();
+      spread += m.covered * spread_of(m);
+      spread_truth += m.covered * spread_of(w);
     });
     rms[i] = std::sqrt(angle / total);
     second[i] = std::sqrt(square / total);
