@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "bake/color.h"
+#include "bake/hypertexture.h"
 #include "bake/levels.h"
 #include "bake/light.h"
 #include "bake/plan.h"
@@ -129,6 +130,30 @@ void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double
   }
 }
 
+constexpr double kOpenThickness = 2;  // voxels: what measure_thickness says of matter that is not solid
+
+// Stages 1 to 5 of a density. Sets the plan's statistics.
+DensityBake bake_scene_density(const Scene& scene, Plan& plan, const Recipe& recipe, int levels, Report& report) {
+  const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
+  if (recipe.shadows) unsupported("--shadows", "a density casts no shadows in this version");
+  if (recipe.normals == Normals::kVisible) unsupported("--normals visible", "a density has no one surface to see");
+  if (recipe.fill == Fill::kOn) unsupported("--fill on", "a density is solid where it is 1 and has nothing to fill");
+  DensityOptions options;
+  options.levels = levels;
+  options.color = recipe.want.color || recipe.want.slices || recipe.want.material;
+  options.opacity = recipe.want.density || recipe.want.visibility || recipe.want.slices;
+  options.recompute = recipe.level_mode == LevelMode::kRecompute;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    options.slice_axes[a] = recipe.want.slices && recipe.slice_axes[a];
+    options.slice_counts[a] = slice_count(recipe, plan.grid, kOpenThickness * plan.grid.h, axis);
+  }
+  DensityBake baked = bake_density(scene, plan.grid, recipe, options, report);
+  plan.statistics.area = baked.area;
+  plan.statistics.volume = baked.mass;
+  return baked;
+}
+
 void measure(const Plan& plan, std::span<const Surface> surfaces, const VisibilityResult& seen, bool volume, Pack& pack) {
   double area = 0, covered = 0;
   V3d color(0, 0, 0);
@@ -173,13 +198,18 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     StageTimer timer(report, "textures");
     textures = std::make_unique<TextureSet>(scene, colors ? TextureSet::Need::kColor : TextureSet::Need::kCoverage, report);
   }
-  const MaterialKinds kinds = find_kinds(scene, *textures);
-  if (recipe.samples == 0) recipe.samples = kinds.cutouts ? 6 : 4;
+  MaterialKinds kinds = find_kinds(scene, *textures);
+  // Of a density all three axes share samples³ points a voxel, and noise finer than two voxels is not in it.
+  if (recipe.samples == 0) recipe.samples = scene.hypertexture ? 2 : kinds.cutouts ? 6 : 4;
   report.count("samples", recipe.samples);
 
   // 1. The grid, the components and what takes part in the fill.
   Plan plan;
-  {
+  const bool density = scene.hypertexture.has_value();
+  if (density) {
+    plan.grid = plan_grid(scene, recipe);
+    kinds.emission = scene.materials.front().solid == nullptr && hypertexture_glows(*scene.hypertexture);
+  } else {
     StageTimer timer(report, "plan");
     std::vector<bool> cutouts;
     for (std::uint32_t m = 0; m < scene.materials.size(); ++m) cutouts.push_back(textures->has_cutouts(m));
@@ -195,7 +225,14 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
 
   // 2. Exact moments of the surface in each voxel it meets, then their sums up the levels.
   std::vector<Surface> surfaces;
-  {
+  VisibilityResult seen;
+  const int levels = want.volume() ? level_count(plan.grid, recipe) : 1;
+  if (density) {
+    StageTimer timer(report, "density");
+    DensityBake baked = bake_scene_density(scene, plan, recipe, levels, report);
+    surfaces = std::move(baked.surfaces);
+    seen = std::move(baked.seen);
+  } else {
     StageTimer timer(report, "surface");
     const bool more = kinds.ks || kinds.roughness || kinds.transparency || kinds.emission;
     const std::optional<V3f> one = one_color(scene, *textures);
@@ -204,7 +241,6 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     surfaces.push_back(clip_surface(scene, plan, *textures, what, report));
     if (colors) surfaces[0].one_color = one;
     if (surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
-    const int levels = want.volume() ? level_count(plan.grid, recipe) : 1;
     while (static_cast<int>(surfaces.size()) < levels) {
       surfaces.push_back(coarser(surfaces.back()));
       progress("surface", 1);
@@ -213,9 +249,9 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   report.count("border voxels", static_cast<double>(surfaces[0].set.count));
 
   // 3.–5. Three bundles of axis-parallel rays: opacity at every level, inside, slices.
-  VisibilityResult seen;
   std::array<double, 3> widths{};
-  {
+  widths.fill(kOpenThickness * plan.grid.h);
+  if (!density) {
     StageTimer timer(report, "crossings");
     VisibilityOptions options;
     options.recompute = recipe.level_mode == LevelMode::kRecompute;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bake/bake.h"
+#include "bake/hypertexture.h"
 #include "bake/topology.h"
 #include "formats/error.h"
 
@@ -244,6 +245,7 @@ V3d triangle_normal(const V3d& a, const V3d& b, const V3d& c, double* area) {
 }
 
 Grid plan_grid(const Scene& scene, const Recipe& recipe) {
+  if (scene.hypertexture) return make_grid(recipe.box ? *recipe.box : density_bounds(*make_density(*scene.hypertexture, 0)), recipe);
   if (scene.mesh.triangles.empty() && scene.implicits.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
   return make_grid(used_bounds(scene, recipe), recipe);
 }

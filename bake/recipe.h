@@ -29,6 +29,15 @@ struct Light {
   V3f color{1, 1, 1};    // linear; ambient: irradiance/π; sun: irradiance/π on a facing surface; point: the same at distance 1
 };
 
+// A density instead of a mesh (formats/hypertexture.h). Values of 0, of amount below 0: the preset's own.
+struct HypertextureOptions {
+  std::string preset;                     // empty: none
+  double frequency = 0, amount = -1, softness = 0, bias = 0, gain = 0, scale = 0;
+  int octaves = 0;
+  int seed = 0;
+  bool operator==(const HypertextureOptions&) const = default;
+};
+
 struct Recipe {
   std::string implicit;                   // expression in x, y, z that stands beside the inputs (formats/expression.h); empty: none
   std::optional<double> iso;              // of every implicit input; default: the input's own (0; 0.5 of densities)
@@ -58,6 +67,7 @@ struct Recipe {
   Pattern pattern = Pattern::kGrid;
   double max_depth = 9.21034037197618;    // cap of a voxel's optical depth: −ln(1e-4)
   int up = -1;                            // 0 x, 1 y, 2 z points up in the preview; −1: by the input's format
+  HypertextureOptions hypertexture;
   int threads = 0;                        // 0: all
   std::int64_t memory = 0;                // bytes; 0: no cap
   WriteOptions write;                     // slice format, full float

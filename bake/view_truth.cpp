@@ -4,6 +4,7 @@
 
 #include "bake/plan.h"
 #include "bake/shading.h"
+#include "bake/view_density.h"
 #include "formats/error.h"
 
 namespace texel {
@@ -129,6 +130,7 @@ void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
 
 Image view_truth(const Scene& scene, const ViewOptions& options, Report& report) {
   if (options.samples < 1 || options.samples > 1 << 16) throw Error(Code::kCommandLine, "", "samples per pixel out of range (" + std::to_string(options.samples) + ")", "use 1 to 65536");
+  if (scene.hypertexture) return view_density(scene, options, report);
   const StageTimer timer(report, "view truth");
   const Truth truth(scene, options, report);
   return trace_pixels(truth.rays, options.samples, options.threads, "view truth", report,

@@ -19,11 +19,11 @@
 #include "bake/polygonize.h"
 #include "bake/view.h"
 #include "cli/commands.h"
+#include "cli/input_scene.h"
 #include "cli/interrupt.h"
 #include "cli/print.h"
 #include "cli/recipe_file.h"
 #include "formats/error.h"
-#include "formats/read.h"
 #include "formats/write.h"
 
 namespace texel {
@@ -72,6 +72,8 @@ double mesh_area(const Mesh& mesh) {
 double memory_estimate(const Scene& scene, const Settings& settings, const Grid& grid) {
   const Recipe& recipe = settings.recipe;
   const Mesh& mesh = scene.mesh;
+  // A density fills its box about half, and keeps no crossings.
+  if (scene.hypertexture) return 0.5 * static_cast<double>(grid.voxels()) * 400;
   // Of a function nothing is known but its box: as much surface as an ellipsoid that fills it, two triangles a cell.
   double implicit_area = 0;
   for (const Implicit& solid : scene.implicits) {
@@ -100,7 +102,8 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
     return std::string(buffer);
   };
   const auto corner = [&](const V3d& v) { return "(" + number(v.x) + ", " + number(v.y) + ", " + number(v.z) + ")"; };
-  line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
+  if (scene.hypertexture) line("density", hypertexture_name(scene.hypertexture->preset));
+  else line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
   if (!scene.implicits.empty()) line("implicit", grouped(static_cast<std::int64_t>(scene.implicits.size())) + (scene.implicits.size() == 1 ? " solid" : " solids"));
   line("box", corner(box.min) + " .. " + corner(box.max));
   line("grid", size_text(grid.n) + " voxels of " + number(grid.h));
@@ -145,7 +148,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   Scene scene;
   {
     const StageTimer timer(report, "read");
-    scene = read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso}, report);
+    scene = input_scene(settings, report);
   }
   stop_if_interrupted();
   const std::string recipe = recipe_json(settings);
@@ -216,8 +219,8 @@ void refuse_file_name(const std::string& output) {
 }  // namespace
 
 int command_bake(const Settings& settings) {
-  if (settings.inputs.empty() && settings.recipe.implicit.empty())
-    throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --implicit, or --recipe with a pack");
+  if (settings.inputs.empty() && !makes_scene(settings))
+    throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --implicit or --hypertexture, or --recipe with a pack");
   if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
   refuse_file_name(settings.output);
   for (const std::string& file : {settings.report_file, settings.depfile})

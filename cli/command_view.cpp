@@ -5,14 +5,15 @@
 #include <filesystem>
 #include <optional>
 
+#include "bake/hypertexture.h"
 #include "bake/polygonize.h"
 #include "bake/view.h"
 #include "cli/commands.h"
+#include "cli/input_scene.h"
 #include "cli/interrupt.h"
 #include "cli/print.h"
 #include "cli/recipe_file.h"
 #include "formats/error.h"
-#include "formats/read.h"
 #include "formats/read_pack.h"
 
 namespace texel {
@@ -33,6 +34,7 @@ Format picture_format(const std::string& path) {
 }
 
 Box3d bounds(const Scene& scene) {
+  if (scene.hypertexture) return density_bounds(*make_density(*scene.hypertexture, 0));
   Box3d box;
   for (const auto& triangle : scene.mesh.triangles)
     for (const std::uint32_t corner : triangle) box.extendBy(scene.mesh.points[corner]);
@@ -49,6 +51,20 @@ Recipe recorded_recipe(const std::string& pack) {
     return {};
   }
   return baked.recipe;
+}
+
+// What the pack named first was made from: its recipe's options, and the meshes named after it or else its own.
+Settings sources_of(const Settings& settings) {
+  const std::string& pack = settings.inputs.front();
+  Settings baked;
+  baked.inputs.assign(settings.inputs.begin() + 1, settings.inputs.end());
+  const bool named = !baked.inputs.empty();
+  try {
+    read_recipe_file(pack, baked);
+  } catch (const Error&) {
+    if (!named) baked.inputs = manifest_meshes((fs::path(pack) / "manifest.json").string());
+  }
+  return baked;
 }
 
 // A truth that is not the pack's own would be a misleading comparison.
@@ -72,18 +88,18 @@ void check_mode(const ViewSettings& view, const std::string& mode, bool lights, 
 Image render(const Settings& settings, ViewOptions& options, Report& report) {
   const ViewSettings& view = settings.view;
   const std::string mode = view.truth ? "truth" : view.mode;
-  const std::string input = settings.inputs.empty() ? "" : settings.inputs.front();
+  const std::string input = settings.inputs.empty() ? std::string() : settings.inputs.front();
   const auto aim = [&](const Box3d& box, int up) {
     options.camera = orbit_camera(box, view.azimuth, view.elevation, view.fov, up, static_cast<double>(view.width) / view.height);
   };
   std::error_code ec;
   if (input.empty() || !fs::is_directory(input, ec)) {
     if (!mode.empty() && mode != "truth")
-      throw Error(Code::kCommandLine, "--mode " + mode, "needs a pack, and " + (input.empty() ? "--implicit" : input) + " is none", "bake it first, or use --mode truth");
+      throw Error(Code::kCommandLine, "--mode " + mode, "needs a pack, and " + (input.empty() ? "a function" : input) + " is none", "bake it first, or use --mode truth");
     check_mode(view, "truth", false, report);
     Recipe recipe = settings.recipe;
     recipe.resolution = V3i(kTruthVoxels, 0, 0);
-    const Scene scene = polygonize(read_scene(settings.inputs, {recipe.implicit, recipe.iso}, report), recipe, report);
+    const Scene scene = polygonize(input_scene(settings, report), recipe, report);
     aim(bounds(scene), up_axis(settings.recipe.up, scene.sources));
     return view_truth(scene, options, report);
   }
@@ -96,10 +112,9 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
   const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded.up;
   aim(pack.grid.box(), up_axis(up, pack.sources));
   if (mode == "truth") {
-    std::vector<std::string> meshes(settings.inputs.begin() + 1, settings.inputs.end());
-    if (meshes.empty()) meshes = manifest_meshes((fs::path(input) / "manifest.json").string());
-    if (meshes.empty() && recorded.implicit.empty()) throw Error(Code::kBadInput, input, "names no source mesh", "name the mesh as a further argument");
-    Scene scene = read_scene(meshes, {recorded.implicit, recorded.iso}, report);
+    const Settings baked = sources_of(settings);
+    if (baked.inputs.empty() && !makes_scene(baked)) throw Error(Code::kBadInput, input, "names no source mesh", "name the mesh as a further argument");
+    Scene scene = input_scene(baked, report);
     warn_of_other_sources(pack, scene, report);
     scene = polygonize(std::move(scene), recorded, report);
     return view_truth(scene, options, report);
@@ -110,7 +125,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
 }  // namespace
 
 int command_view(const Settings& settings) {
-  if (settings.inputs.empty() && settings.recipe.implicit.empty()) throw Error(Code::kCommandLine, "INPUT", "missing", "name a pack or a mesh");
+  if (settings.inputs.empty() && !makes_scene(settings)) throw Error(Code::kCommandLine, "INPUT", "missing", "name a pack or a mesh");
   if (settings.output.empty()) throw Error(Code::kCommandLine, "--output", "missing", "name the picture, e.g. -o tree.png");
   const Format format = picture_format(settings.output);
   require_file_place(settings.output);

@@ -5,12 +5,15 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/noise.h"
+
 namespace texel {
 namespace {
 
 constexpr const char* kFiles = "Input and output";
 constexpr const char* kGridGroup = "Grid";
 constexpr const char* kVolume = "Volume";
+constexpr const char* kNoise = "Hypertexture";
 constexpr const char* kSlices = "Slices";
 constexpr const char* kLevels = "Levels";
 constexpr const char* kAccuracy = "Accuracy";
@@ -446,6 +449,45 @@ std::vector<OptionRow> option_table() {
       number({.name = "max-depth", .metavar = "D", .group = kVolume, .commands = kBake, .help = "cap of a voxel's optical depth; 9.21 is opacity 0.9999",
               .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.max_depth; }, {0, 1000, true}),
+
+      // Hypertexture
+      choice({.name = "hypertexture", .metavar = "PRESET", .group = kNoise, .commands = kBake | kView,
+              .help = "bake a density: the input shape's, or a ball's, soft surface modulated by noise; fog: the input's values as they are", .in_recipe = true,
+              .shown_default = "none"},
+             [](auto& s) -> auto& { return s.recipe.hypertexture.preset; },
+             std::vector<std::pair<const char*, std::string>>{{"eroded", "eroded"}, {"fire", "fire"}, {"fog", "fog"}, {"fur", "fur"}, {"marble", "marble"}}),
+      number({.name = "frequency", .metavar = "F", .group = kNoise, .commands = kBake | kView, .help = "noise cells, hairs or veins a world unit", .in_recipe = true,
+              .shown_default = "the preset's"},
+             [](auto& s) -> auto& { return s.recipe.hypertexture.frequency; }, {0, 1e9, true, true}),
+      [] {
+        OptionRow row = integer({.name = "octaves", .metavar = "N", .group = kNoise, .commands = kBake | kView,
+                                 .help = "octaves of noise; those finer than two voxels are left out by themselves", .in_recipe = true, .shown_default = "the preset's"},
+                                [](auto& s) -> auto& { return s.recipe.hypertexture.octaves; }, 1, kMostOctaves);
+        row.get = [](const Settings& s) { return s.recipe.hypertexture.octaves > 0 ? std::to_string(s.recipe.hypertexture.octaves) : std::string(); };
+        return row;
+      }(),
+      [] {
+        OptionRow row = number({.name = "amount", .metavar = "A", .group = kNoise, .commands = kBake | kView,
+                                .help = "how far noise moves the surface, world units; marble: bends veins, in veins; fur: hair length", .in_recipe = true,
+                                .shown_default = "the preset's"},
+                               [](auto& s) -> auto& { return s.recipe.hypertexture.amount; }, {0, 1e9});
+        row.get = [](const Settings& s) { return s.recipe.hypertexture.amount >= 0 ? number_text(s.recipe.hypertexture.amount) : std::string(); };
+        return row;
+      }(),
+      number({.name = "softness", .metavar = "W", .group = kNoise, .commands = kBake | kView, .help = "width of the soft region, world units; fur: of a hair's side, in noise",
+              .in_recipe = true, .shown_default = "the preset's"},
+             [](auto& s) -> auto& { return s.recipe.hypertexture.softness; }, {0, 1e9, true, true}),
+      number({.name = "bias", .metavar = "B", .group = kNoise, .commands = kBake | kView, .help = "density that the middle of the soft region gets", .in_recipe = true,
+              .shown_default = "the preset's"},
+             [](auto& s) -> auto& { return s.recipe.hypertexture.bias; }, {0, 0.999, true, true}),
+      number({.name = "gain", .metavar = "G", .group = kNoise, .commands = kBake | kView, .help = "contrast of the soft region; 0.5 changes nothing", .in_recipe = true,
+              .shown_default = "the preset's"},
+             [](auto& s) -> auto& { return s.recipe.hypertexture.gain; }, {0, 0.999, true, true}),
+      number({.name = "density-scale", .metavar = "C", .group = kNoise, .commands = kBake | kView,
+              .help = "c of opacity 1-(1-D)^(c*length), per world unit", .in_recipe = true, .shown_default = "the preset's"},
+             [](auto& s) -> auto& { return s.recipe.hypertexture.scale; }, {0, 1e12, true, true}),
+      integer({.name = "seed", .metavar = "N", .group = kNoise, .commands = kBake | kView, .help = "another noise of the same kind", .in_recipe = true},
+              [](auto& s) -> auto& { return s.recipe.hypertexture.seed; }, 0, std::numeric_limits<int>::max()),
 
       // Slices
       axes({.name = "slices", .metavar = "AXES", .group = kSlices, .commands = kBake, .help = "axes along which to slice", .in_recipe = true},

@@ -5,12 +5,15 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "formats/field.h"
 #include "formats/grid.h"
+#include "formats/hypertexture.h"
 #include "formats/image.h"
+#include "formats/solid_texture.h"
 
 namespace texel {
 
@@ -35,6 +38,7 @@ struct Material {
   float roughness = 1;         // GGX α² root: α = sqrt(2/(Ns+2)); 1 where there is no specular
   float opacity = 1;           // d, or 1 − Tr
   TextureUse map_kd, map_d;
+  std::shared_ptr<const SolidTexture> solid;  // colour by position: instead of kd; null: none
 };
 
 struct Texture {
@@ -78,6 +82,7 @@ struct Scene {
   Mesh mesh;                            // all inputs joined
   std::vector<Implicit> implicits;      // solids given by functions; bake/polygonize.h makes triangles of them
   std::vector<Material> materials;      // at least one
+  std::optional<Hypertexture> hypertexture;  // a density instead of the mesh, which is empty then; materials[0].solid colours it
   std::vector<Texture> textures;
   std::vector<SourceFile> sources;      // every file read or referred to: meshes, .mtl, textures (for hashes and --depfile)
 
