@@ -208,7 +208,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   const bool density = scene.hypertexture.has_value();
   if (density) {
     plan.grid = plan_grid(scene, recipe);
-    kinds.emission = scene.materials.front().solid == nullptr && hypertexture_glows(*scene.hypertexture);
+    kinds.emission = scene.materials.front().solid == nullptr && hypertexture_glow(*scene.hypertexture) > 0;
   } else {
     StageTimer timer(report, "plan");
     std::vector<bool> cutouts;

@@ -50,7 +50,7 @@ struct Sampler {
   const Hypertexture& texture;
   const SolidTexture* color;
   V3f plain;
-  bool glows;
+  float glow;
   const Grid& grid;
   const Recipe& recipe;
   const DensityOptions& options;
@@ -278,10 +278,10 @@ struct Sampler {
     if (color) color->colors(count, x.data(), y.data(), z.data(), normal.data(), grid.h, colors.data());
     for (std::size_t i = 0; i < count; ++i) {
       const V3d sum = V3d(colors[i]) * out.moments[i].covered;
-      out.color.push_back(sum);
-      if (glows) {
+      out.color.push_back(sum * static_cast<double>(1 - glow));
+      if (glow > 0) {
         out.material.emplace_back();
-        out.material.back().emission = sum;
+        out.material.back().emission = sum * static_cast<double>(glow);
         out.material.back().roughness2 = out.moments[i].covered;
       }
     }
@@ -623,7 +623,7 @@ DensityBake bake_density(const Scene& scene, const Grid& grid, const Recipe& rec
   const bool own = material.solid == nullptr;
   const std::shared_ptr<const SolidTexture> color = own ? hypertexture_color(texture) : material.solid;
   const int samples = std::max(1, recipe.samples);
-  const Sampler sampler{*density, texture, color.get(), material.kd, own && hypertexture_glows(texture), grid, recipe, options, samples, std::max(1.0, recipe.max_depth)};
+  const Sampler sampler{*density, texture, color.get(), material.kd, own ? hypertexture_glow(texture) : 0, grid, recipe, options, samples, std::max(1.0, recipe.max_depth)};
 
   const V3i n((grid.n.x + 7) / 8, (grid.n.y + 7) / 8, (grid.n.z + 7) / 8);
   std::vector<Brick> bricks(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z));
@@ -671,9 +671,10 @@ DensityBake bake_density(const Scene& scene, const Grid& grid, const Recipe& rec
     const Moments& m = surface.moments[static_cast<std::size_t>(index)];
     if (!(m.covered > 0)) return V3f(-1, -1, -1);
     const V3f albedo(surface.color[static_cast<std::size_t>(index)] / m.covered);
-    if (recipe.lights.empty() || sampler.glows) return albedo;
+    const V3f own_light = surface.material.empty() ? V3f(0, 0, 0) : V3f(surface.material[static_cast<std::size_t>(index)].emission / m.covered);
+    if (recipe.lights.empty()) return albedo + own_light;
     const double length = m.m.length();
-    return albedo * irradiance(recipe.lights, nullptr, grid.centre(voxel), length > 0 ? m.m / length : V3d(0, 0, 1), !(length > 0));
+    return own_light + albedo * irradiance(recipe.lights, nullptr, grid.centre(voxel), length > 0 ? m.m / length : V3d(0, 0, 1), !(length > 0));
   };
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);

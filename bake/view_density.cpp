@@ -14,7 +14,7 @@
 namespace texel {
 namespace {
 
-constexpr int kCells = 64, kShadowCells = 96, kSteps = 512;
+constexpr int kCells = 64, kShadowCells = 96, kSteps = 320;
 constexpr double kSeen = 1.0 / 1024;         // transmittance below which a ray ends
 constexpr std::size_t kBatch = 32;
 
@@ -56,7 +56,7 @@ struct March {
   V3f ambient;
   std::shared_ptr<const Field> density;
   std::shared_ptr<const SolidTexture> color;
-  bool glows;
+  float glow;
   double scale;
   Box3d box;
   Lattice cells, shade;
@@ -66,7 +66,7 @@ struct March {
 
   March(const Scene& s, const ViewOptions& o)
       : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
-        glows(s.materials.front().solid == nullptr && hypertexture_glows(*s.hypertexture)), scale(s.hypertexture->scale), box(density_bounds(*make_density(*s.hypertexture, 0))),
+        glow(s.materials.front().solid ? 0 : hypertexture_glow(*s.hypertexture)), scale(s.hypertexture->scale), box(density_bounds(*make_density(*s.hypertexture, 0))),
         cells(box, kCells), shade(box, kShadowCells) {
     const V3d size = box.size();
     step = std::max({size.x, size.y, size.z}) / kSteps;
@@ -123,7 +123,6 @@ struct March {
   }
 
   [[nodiscard]] V3f light_from(const V3d& p, const V3d& gradient, const V3f& albedo) const {
-    if (glows) return albedo;
     const double length = gradient.length();
     V3f light = ambient;
     for (std::size_t k = 0; k < lights.size(); ++k) {
@@ -135,7 +134,7 @@ struct March {
       const float visible = passing.empty() ? 1.0f : shade.at(passing[k], p);
       light += c * (static_cast<float>(facing) * visible);
     }
-    return albedo * light;
+    return albedo * (light * (1 - glow) + V3f(glow));
   }
 
   // Where the ray leaves the cell that p lies in.
@@ -219,7 +218,7 @@ struct March {
 Image view_density(const Scene& scene, const ViewOptions& options, Report& report) {
   const StageTimer timer(report, "view truth");
   const March march(scene, options);
-  return trace_pixels(march.rays, std::max(1, options.samples / 4), options.threads, "view truth", report,
+  return trace_pixels(march.rays, std::max(1, options.samples / 8), options.threads, "view truth", report,
                       [&march](const Rays::Ray& ray, V3f* color, float* alpha) { march.trace(ray, color, alpha); });
 }
 

@@ -18,7 +18,7 @@ struct Named { const char* name; Hypertexture values; };
 const Named kPresets[] = {
     {"fog", {HypertexturePreset::kFog, 1, 1, 0, 1, 0.5, 0.5, 1, 0, nullptr, 0}},
     {"eroded", {HypertexturePreset::kEroded, 1.5, 6, 0.9, 0.06, 0.5, 0.5, 40, 0, nullptr, 0}},
-    {"fire", {HypertexturePreset::kFire, 2, 6, 1.5, 0.5, 0.4, 0.5, 6, 0, nullptr, 0}},
+    {"fire", {HypertexturePreset::kFire, 1.7, 6, 1.2, 0.55, 0.4, 0.5, 6, 0, nullptr, 0}},
     {"marble", {HypertexturePreset::kMarble, 2.5, 5, 2, 0.05, 0.5, 0.8, 30, 0, nullptr, 0}},
     {"fur", {HypertexturePreset::kFur, 18, 2, 0.35, 0.12, 0.5, 0.5, 40, 0, nullptr, 0}},
 };
@@ -402,7 +402,7 @@ std::shared_ptr<const Field> make_density(const Hypertexture& hypertexture, doub
 
 std::shared_ptr<const SolidTexture> hypertexture_color(const Hypertexture& hypertexture) { return std::make_shared<PresetColor>(hypertexture); }
 
-bool hypertexture_glows(const Hypertexture& hypertexture) { return hypertexture.preset == HypertexturePreset::kFire; }
+float hypertexture_glow(const Hypertexture& hypertexture) { return hypertexture.preset == HypertexturePreset::kFire ? 0.8f : 0.0f; }
 
 std::shared_ptr<const Field> make_ball(const V3d& centre, double radius) { return std::make_shared<Ball>(centre, radius); }
 

@@ -48,8 +48,8 @@ struct Hypertexture {
 
 // The preset's own colours.
 [[nodiscard]] std::shared_ptr<const SolidTexture> hypertexture_color(const Hypertexture& hypertexture);
-// Whether its colours are light of its own (fire).
-[[nodiscard]] bool hypertexture_glows(const Hypertexture& hypertexture);
+// Share of its colour that is light of its own (fire), the rest being albedo; 0: all of it is albedo.
+[[nodiscard]] float hypertexture_glow(const Hypertexture& hypertexture);
 
 // f = radius − |p − centre|.
 [[nodiscard]] std::shared_ptr<const Field> make_ball(const V3d& centre, double radius);
