@@ -226,10 +226,10 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   // 2. Exact moments of the surface in each voxel it meets, then their sums up the levels.
   std::vector<Surface> surfaces;
   VisibilityResult seen;
-  const int levels = want.volume() ? level_count(plan.grid, recipe) : 1;
+  const int level_total = want.volume() ? level_count(plan.grid, recipe) : 1;
   if (density) {
     StageTimer timer(report, "density");
-    DensityBake baked = bake_scene_density(scene, plan, recipe, levels, report);
+    DensityBake baked = bake_scene_density(scene, plan, recipe, level_total, report);
     surfaces = std::move(baked.surfaces);
     seen = std::move(baked.seen);
   } else {
@@ -241,7 +241,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     surfaces.push_back(clip_surface(scene, plan, *textures, what, report));
     if (colors) surfaces[0].one_color = one;
     if (surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
-    while (static_cast<int>(surfaces.size()) < levels) {
+    while (static_cast<int>(surfaces.size()) < level_total) {
       surfaces.push_back(coarser(surfaces.back()));
       progress("surface", 1);
     }

@@ -1,0 +1,1 @@
+texel bake --hypertexture fog -o fog.texel

@@ -1,0 +1,1 @@
+texel bake "$DATA/cube.obj" --hypertexture fur -o fur.texel

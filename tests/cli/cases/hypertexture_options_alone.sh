@@ -1,0 +1,1 @@
+texel bake "$DATA/cube.obj" --softness 0.1 -o cube.texel
