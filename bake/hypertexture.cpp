@@ -25,10 +25,10 @@ struct Brick {
   bool sampled = false;
   std::array<std::uint64_t, 8> border{}, inside{};
   std::vector<Moments> moments;
-  std::vector<Projected> projected;
+  std::vector<Areas> areas;
   std::vector<V3d> color;
   std::vector<MaterialSums> material;
-  std::array<std::vector<float>, 3> alpha, depth;
+  std::array<std::vector<float>, 3> alpha;
   std::vector<float> solid;
   struct Passing { std::array<float, 64> level1; std::array<float, 8> level2; float level3; std::array<float, 64> columns; };
   std::vector<Passing> passing;    // 3, or none
@@ -127,7 +127,7 @@ struct Sampler {
   }
 
   // Moments of the voxel, and where its surface lies (world).
-  Moments moments(const Work& w, const V3i& voxel, const V3i& brick, double* solid, double* mass, V3d* middle) const {
+  Moments moments(const Work& w, const V3i& voxel, const V3i& brick, double* area, double* solid, double* mass, V3d* middle) const {
     Moments sum;
     const std::size_t sy = static_cast<std::size_t>(side()), sz = sy * sy;
     V3d place(0, 0, 0);
@@ -138,28 +138,19 @@ struct Sampler {
         for (int i = 0; i < s; ++i) {
           const double* d = w.d.data() + at(voxel.x * s + i, voxel.y * s + j, voxel.z * s + k);
           const V3d g = V3d(*(d + 1) - *(d - 1), *(d + sy) - *(d - sy), *(d + sz) - *(d - sz)) * (-0.5 * cell);
-          const double area = g.length();
+          const double size = g.length();
           dust += d[0];
           ones += d[0] >= 1;
-          place += V3d(i + 0.5, j + 0.5, k + 0.5) * (area + kDust * d[0]);
-          sum.area += area;
-          if (!(area > 0)) continue;
-          const V3d n = g / area;
-          sum.m += g;
-          sum.xx += g.x * n.x;
-          sum.yy += g.y * n.y;
-          sum.zz += g.z * n.z;
-          sum.xy += g.x * n.y;
-          sum.xz += g.x * n.z;
-          sum.yz += g.y * n.z;
+          place += V3d(i + 0.5, j + 0.5, k + 0.5) * (size + kDust * d[0]);
+          if (size > 0) sum.add(g / size, size, true);
         }
     const double samples = static_cast<double>(s) * s * s;
     *solid = ones / samples;
     *mass = dust / samples;
-    const double flakes = kDust * dust / samples, weight = sum.area + kDust * dust;
+    const double flakes = kDust * dust / samples, weight = sum.covered + kDust * dust;
     *middle = grid.to_world(V3d(brick * kBrick + voxel) + (weight > 0 ? place / (weight * s) : V3d(0.5, 0.5, 0.5)));
-    sum.area += flakes;
-    sum.covered = sum.area;
+    sum.covered += flakes;
+    *area = sum.covered;
     sum.xx += flakes / 3;
     sum.yy += flakes / 3;
     sum.zz += flakes / 3;
@@ -247,10 +238,11 @@ struct Sampler {
             continue;
           }
           out.border[static_cast<std::size_t>(x)] |= bit;
-          double solid = 0, mass = 0;
+          double area = 0, solid = 0, mass = 0;
           V3d where;
-          out.moments.push_back(moments(w, voxel, b, &solid, &mass, &where));
-          out.projected.emplace_back();
+          out.moments.push_back(moments(w, voxel, b, &area, &solid, &mass, &where));
+          Areas& areas = out.areas.emplace_back();
+          areas.area = areas.covered = area;
           out.mass += mass;
           out.solid.push_back(static_cast<float>(solid));
           const Moments& m = out.moments.back();
@@ -260,7 +252,7 @@ struct Sampler {
           for (int axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
             double* pass = w.pass[a].data() + slot(axis, voxel) * r;
-            out.depth[a].push_back(static_cast<float>(rays(w, axis, voxel, pass)));
+            areas.crossings[axis] = rays(w, axis, voxel, pass);
             double mean = 0;
             for (std::size_t k = 0; k < r; ++k) mean += pass[k];
             out.alpha[a].push_back(static_cast<float>(1 - mean / static_cast<double>(r)));
@@ -367,14 +359,11 @@ void join(std::vector<Brick>& bricks, const V3i& n, Surface& surface, Visibility
           from = {};
         };
         append(surface.moments, brick.moments);
-        append(surface.projected, brick.projected);
+        append(surface.areas, brick.areas);
         append(surface.color, brick.color);
         append(surface.material, brick.material);
         append(seen.solid, brick.solid);
-        for (std::size_t a = 0; a < 3; ++a) {
-          append(seen.alpha[a], brick.alpha[a]);
-          append(seen.crossings[a], brick.depth[a]);
-        }
+        for (std::size_t a = 0; a < 3; ++a) append(seen.alpha[a], brick.alpha[a]);
       }
 }
 
@@ -660,7 +649,7 @@ DensityBake bake_density(const Scene& scene, const Grid& grid, const Recipe& rec
   bricks.clear();
 
   const double edge = grid.h;
-  for (const Moments& m : result.surfaces[0].moments) result.area += m.area * edge * edge;
+  for (const Areas& a : result.surfaces[0].areas) result.area += a.area * edge * edge;
   result.mass *= edge * edge * edge;
   result.seen.volume = 0;
   for (const float f : result.seen.levels[0].solid) result.seen.volume += static_cast<double>(f);
