@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "bake/clip.h"
+#include "bake/prefetch.h"
 
 namespace texel {
 namespace {
@@ -310,7 +311,14 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
   scratch.found.clear();
   Rasteriser rasteriser{bundle, out, scratch};
   const auto b = static_cast<std::size_t>(band);
-  for (std::size_t i = bundle.first[b]; i < bundle.first[b + 1]; ++i) rasteriser.triangle(bundle.bins[i]);
+  const auto& triangles = bundle.scene->mesh.triangles;
+  const auto touch = [&](std::uint32_t t) {
+    for (const std::uint32_t v : triangles[t]) {
+      __builtin_prefetch(&bundle.points[2 * std::size_t{v}]);
+      __builtin_prefetch(&bundle.plan->points[v]);
+    }
+  };
+  visit_triangles(bundle.bins.data(), bundle.first[b], bundle.first[b + 1], triangles.data(), touch, [&](std::uint32_t t) { rasteriser.triangle(t); });
 
   // Counting sort by ray keeps triangle order; then each short list by depth.
   const std::size_t rays = static_cast<std::size_t>(out.v1 - out.v0) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.pattern.rays());

@@ -10,6 +10,7 @@
 
 #include "bake/block_index.h"
 #include "bake/clip.h"
+#include "bake/prefetch.h"
 
 namespace texel {
 namespace {
@@ -300,7 +301,11 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
     layer.slot.assign(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y), -1);
     layer.used = 0;
     const int z0 = bz * 8, z1 = std::min(plan.grid.n.z, z0 + 8);
-    for (std::size_t i = first[static_cast<std::size_t>(bz)]; i < first[static_cast<std::size_t>(bz) + 1]; ++i) clipper.clip_triangle(layer, bins[i], z0, z1);
+    const auto touch = [&](std::uint32_t t) {
+      for (const std::uint32_t v : scene.mesh.triangles[t]) prefetch_lines(&plan.points[v]);
+    };
+    visit_triangles(bins.data(), first[static_cast<std::size_t>(bz)], first[static_cast<std::size_t>(bz) + 1], scene.mesh.triangles.data(), touch,
+                    [&](std::uint32_t t) { clipper.clip_triangle(layer, t, z0, z1); });
     parts[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
   });

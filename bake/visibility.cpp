@@ -11,6 +11,7 @@
 
 #include "bake/block_index.h"
 #include "bake/opacity.h"
+#include "bake/prefetch.h"
 
 namespace texel {
 namespace {
@@ -153,10 +154,10 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
 
 // Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th ray, staggered.
 struct RayStep {
-  int step;
-  explicit RayStep(int level) : step(level <= 1 ? 1 : 1 << (level - 1)) {}
-  [[nodiscard]] bool row(std::int64_t r) const { return r % step == step / 2; }
-  [[nodiscard]] int first_column(std::int64_t r) const { return static_cast<int>((r / step) * 7 % step); }
+  int shift, step;
+  explicit RayStep(int level) : shift(std::max(0, level - 1)), step(1 << shift) {}
+  [[nodiscard]] bool row(std::int64_t r) const { return (r & (step - 1)) == step / 2; }
+  [[nodiscard]] int first_column(std::int64_t r) const { return static_cast<int>((r >> shift) * 7 & (step - 1)); }
 };
 
 struct Tracer {
@@ -222,6 +223,8 @@ struct Tracer {
     const RayPattern& pattern = bundle.pattern;
     views[static_cast<std::size_t>(level)].cells(bundle.axes, cu, cv, w.cells);
     if (w.cells.empty() && !runs) return;
+    // finish_column reads them in another order than they lie in; while the rays are followed they come nearer.
+    for (const Cell& cell : w.cells) prefetch_lines(&views[static_cast<std::size_t>(level)].surface->areas[static_cast<std::size_t>(cell.index)]);
     w.sums.assign(w.cells.size() + 1, {});
     const RayStep step(level);
     const int v0 = std::max(band.v0, cv << level), v1 = std::min(band.v1, (cv + 1) << level);
