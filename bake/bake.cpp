@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "bake/block_index.h"
 #include "bake/color.h"
 #include "bake/hypertexture.h"
 #include "bake/levels.h"
@@ -84,11 +85,29 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     const V3d point = plan.grid.to_world(voxel_point);
     return color * irradiance(recipe.lights, rays, point, normal, two_sided);
   };
+  // A solid texture's colours are known already, averaged over each voxel: as much as a slice can show, at no cost a ray.
+  std::shared_ptr<const BlockIndex> blocks;
+  for (const Material& material : scene.materials)
+    if (material.solid && !blocks && !surface.color.empty()) blocks = std::make_shared<const BlockIndex>(surface.set, plan.grid.n);
+  const auto solid_color = [&surface, blocks](const Bundle& bundle, const Crossing& c, double u, double v, V3f* color) {
+    V3i voxel;
+    voxel[bundle.axes.u] = static_cast<int>(u);
+    voxel[bundle.axes.v] = static_cast<int>(v);
+    voxel[bundle.axes.w] = c.cell;
+    if (c.cell < 0) return;
+    const std::int32_t slot = (*blocks)(V3i(voxel.x >> 3, voxel.y >> 3, voxel.z >> 3));
+    if (slot < 0) return;
+    const Block& block = surface.set.blocks[static_cast<std::size_t>(slot)];
+    if (!block.has(voxel.x & 7, voxel.y & 7, voxel.z & 7)) return;
+    const auto i = static_cast<std::size_t>(block.index(voxel.x & 7, voxel.y & 7, voxel.z & 7));
+    if (const double covered = surface.moments[i].covered; covered > 0) *color = V3f(surface.color[i] / covered);
+  };
   SliceShader shader;
-  shader.crossing = [&scene, &plan, &textures, &recipe, width, light](const Bundle& bundle, const Crossing& c, double u, double v) {
+  shader.crossing = [blocks, solid_color, &scene, &plan, &textures, &recipe, width, light](const Bundle& bundle, const Crossing& c, double u, double v) {
     const std::uint32_t material = scene.mesh.materials[c.triangle];
     V3f color = scene.materials[material].kd;
-    if (textures.textured(material) || !scene.mesh.colors.empty()) {
+    if (blocks && scene.materials[material].solid) solid_color(bundle, c, u, v, &color);
+    else if (textures.textured(material) || !scene.mesh.colors.empty()) {
       const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
       color = footprint_sample(textures, scene.mesh, c.triangle, b.b1, b.b2, plan.uv_width.empty() ? 0 : plan.uv_width[c.triangle] * width).color;
     }
@@ -172,6 +191,26 @@ void measure(const Plan& plan, std::span<const Surface> surfaces, const Visibili
   if (plan.fill && plan.statistics.volume > 0)
     pack.errors.push_back({"volume_relative", seen.volume * face * plan.grid.h / plan.statistics.volume - 1,
                            "sum of solid over the level-0 voxels against the closed components' signed volumes; overlapping components count once in the voxels and twice in the mesh"});
+}
+
+// Two passes, so that the deviation loses no digits.
+void describe_cube(const Hypertexture& texture, Pack& pack) {
+  const Channel* c = pack.levels.empty() ? nullptr : pack.levels[0].find("Cd");
+  if (!c || c->values.empty()) return;
+  SolidCube cube;
+  cube.octaves = kZoomOctaves;
+  cube.cells = std::max(1, static_cast<int>(std::lround(texture.frequency)));
+  for (const double w : zoom_weights(0)) cube.weights_start.push_back(w);
+  for (const double w : zoom_weights(1)) cube.weights_end.push_back(w);
+  const double count = static_cast<double>(c->values.size()) / 3;
+  for (std::size_t i = 0; i < c->values.size(); ++i) cube.mean[static_cast<int>(i % 3)] += static_cast<double>(c->values[i]) / count;
+  for (std::size_t i = 0; i < c->values.size(); ++i) {
+    const double d = static_cast<double>(c->values[i]) - cube.mean[static_cast<int>(i % 3)];
+    cube.deviation[static_cast<int>(i % 3)] += d * d / count;
+  }
+  for (int k = 0; k < 3; ++k) cube.deviation[k] = std::sqrt(cube.deviation[k]);
+  pack.cube = cube;
+  pack.cyclic = {true, true, true};
 }
 
 }  // namespace
@@ -303,6 +342,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     const std::int64_t blocks = std::int64_t{(plan.grid.n.x + 7) / 8} * ((plan.grid.n.y + 7) / 8) * ((plan.grid.n.z + 7) / 8);
     const std::int64_t empty = blocks - surface_blocks - tiles;
     if (empty > 0) report.skip(std::to_string(empty) + " blocks of 8x8x8 voxels", "without surface: not stored unless partly inside");
+    if (density && scene.hypertexture->preset == HypertexturePreset::kOctaves) describe_cube(*scene.hypertexture, pack);
   } else {
     report.skip("volume and levels", "not wanted");
     if (want.levels)

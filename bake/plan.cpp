@@ -245,7 +245,12 @@ V3d triangle_normal(const V3d& a, const V3d& b, const V3d& c, double* area) {
 }
 
 Grid plan_grid(const Scene& scene, const Recipe& recipe) {
-  if (scene.hypertexture) return make_grid(recipe.box ? *recipe.box : density_bounds(*make_density(*scene.hypertexture, 0)), recipe);
+  if (scene.hypertexture) {
+    Recipe whole = recipe;
+    // A cube that repeats is a whole period, without a margin.
+    if (scene.hypertexture->preset == HypertexturePreset::kOctaves && !recipe.box) whole.box = Box3d(V3d(0, 0, 0), V3d(1, 1, 1));
+    return make_grid(whole.box ? *whole.box : density_bounds(*make_density(*scene.hypertexture, 0)), whole);
+  }
   if (scene.mesh.triangles.empty() && scene.implicits.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
   return make_grid(used_bounds(scene, recipe), recipe);
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/grid.h"
+#include "formats/solid_textures.h"
 #include "formats/write.h"
 
 namespace texel {
@@ -68,6 +69,9 @@ struct Recipe {
   double max_depth = 9.21034037197618;    // cap of a voxel's optical depth: −ln(1e-4)
   int up = -1;                            // 0 x, 1 y, 2 z points up in the preview; −1: by the input's format
   HypertextureOptions hypertexture;
+  std::string solid_texture;              // marble, wood, granite, or one or three pictures' names, comma between; empty: none
+  double solid_size = 0;                  // world units one repetition takes; 0: half the scene's longest side
+  PlaneBlend solid_blend = PlaneBlend::kNormal;
   int threads = 0;                        // 0: all
   std::int64_t memory = 0;                // bytes; 0: no cap
   WriteOptions write;                     // slice format, full float

@@ -25,6 +25,7 @@ struct Facet {
   Areas whole, covered;  // what a unit of area adds; of it what goes by covered area, where that is sampled
   float uv_width;      // uv per world length
   V3f color;
+  const SolidTexture* solid;  // null: none
 };
 
 // A block under construction: 512 of each sum that is wanted; those of a voxel are set to 0 when it is first met.
@@ -101,7 +102,8 @@ struct Clipper {
     facet.closed = plan.winding[t] != 0;
     facet.facing = {};
     if (!bent_moments(scene.mesh, tri, facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);
-    facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty()));
+    facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty() || scene.materials[material].solid));
+    facet.solid = want.color ? scene.materials[material].solid.get() : nullptr;
     Areas open;  // what goes by covered area
     open.covered = 1;
     Areas all;
@@ -134,8 +136,9 @@ struct Clipper {
       const double part = (b - a).cross(c - a).length() / 2;
       if (!(part > 1e-9 * area)) continue;
       const V3d p = (a + b + c) / 3.0 - facet.origin;
-      const SurfaceSample s = footprint_sample(textures, scene.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
+      SurfaceSample s = footprint_sample(textures, scene.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
                                                facet.uv_width * static_cast<float>(std::sqrt(part) * plan.grid.h));
+      if (facet.solid) s.color = facet.solid->color(plan.grid.to_world((a + b + c) / 3.0), facet.normal, std::sqrt(part) * plan.grid.h);
       color += V3d(s.color) * (static_cast<double>(s.coverage) * part);
       coverage += static_cast<double>(s.coverage) * part;
       total += part;

@@ -116,6 +116,11 @@ void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
     const auto footprint = static_cast<float>(sample_share * rays.footprint(hit.distance) * static_cast<double>(uv_scale[hit.triangle]));
     SurfaceSample there = textures.sample(m, uv_at(scene.mesh, hit.triangle, b1, b2), footprint);
     there.color *= vertex_color_at(scene.mesh, hit.triangle, b1, b2);
+    if (const SolidTexture* solid = scene.materials.empty() ? nullptr : scene.materials[m].solid.get()) {
+      const auto& c = scene.mesh.triangles[hit.triangle];
+      const V3d point = scene.mesh.points[c[0]] * (1 - b1 - b2) + scene.mesh.points[c[1]] * b1 + scene.mesh.points[c[2]] * b2;
+      there.color = solid->color(point, facet_normal(scene.mesh, hit.triangle), sample_share * rays.footprint(hit.distance));
+    }
     const float opacity = there.coverage * (scene.materials.empty() ? 1.0f : std::clamp(scene.materials[m].opacity, 0.0f, 1.0f));
     if (opacity > 0) {
       *color += light_from(hit, ray, there.color) * (left * opacity);

@@ -8,6 +8,7 @@
 #include "bake/hypertexture.h"
 #include "bake/polygonize.h"
 #include "bake/view.h"
+#include "bake/view_zoom.h"
 #include "cli/commands.h"
 #include "cli/input_scene.h"
 #include "cli/interrupt.h"
@@ -24,6 +25,8 @@ namespace fs = std::filesystem;
 constexpr int kTruthVoxels = 256;  // the lattice on which an implicit surface without a pack becomes triangles
 
 enum class Format { kPng, kExr };
+
+constexpr int kZoomPictures = 8;  // steps of a zoom cycle
 
 Format picture_format(const std::string& path) {
   std::string extension = fs::path(path).extension().string();
@@ -107,6 +110,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
   if (settings.inputs.size() > 1 && mode != "truth")
     throw Error(Code::kCommandLine, settings.inputs[1], "one argument too many", "meshes beside a pack are for --mode truth");
   const Pack pack = read_pack(input);
+  if (mode == "zoom") return view_zoom(pack, view.height, kZoomPictures);
   // The same camera for the pack and its truth; the side that is up is the one the pack was baked with, unless it is asked for.
   const Recipe recorded = recorded_recipe(input);
   const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded.up;

@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kFiles = "Input and output";
 constexpr const char* kGridGroup = "Grid";
 constexpr const char* kVolume = "Volume";
-constexpr const char* kNoise = "Hypertexture";
+constexpr const char* kNoise = "Hypertextures and solid textures";
 constexpr const char* kSlices = "Slices";
 constexpr const char* kLevels = "Levels";
 constexpr const char* kAccuracy = "Accuracy";
@@ -452,10 +452,10 @@ std::vector<OptionRow> option_table() {
 
       // Hypertexture
       choice({.name = "hypertexture", .metavar = "PRESET", .group = kNoise, .commands = kBake | kView,
-              .help = "bake a density: the input shape's, or a ball's, soft surface modulated by noise; fog: the input's values as they are", .in_recipe = true,
+              .help = "bake a density: the input shape's, or a ball's, soft surface modulated by noise; fog: the input's values as they are; octaves: a periodic cube of noise to zoom through", .in_recipe = true,
               .shown_default = "none"},
              [](auto& s) -> auto& { return s.recipe.hypertexture.preset; },
-             std::vector<std::pair<const char*, std::string>>{{"eroded", "eroded"}, {"fire", "fire"}, {"fog", "fog"}, {"fur", "fur"}, {"marble", "marble"}}),
+             std::vector<std::pair<const char*, std::string>>{{"eroded", "eroded"}, {"fire", "fire"}, {"fog", "fog"}, {"fur", "fur"}, {"marble", "marble"}, {"octaves", "octaves"}}),
       number({.name = "frequency", .metavar = "F", .group = kNoise, .commands = kBake | kView, .help = "noise cells, hairs or veins a world unit", .in_recipe = true,
               .shown_default = "the preset's"},
              [](auto& s) -> auto& { return s.recipe.hypertexture.frequency; }, {0, 1e9, true, true}),
@@ -488,6 +488,18 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.recipe.hypertexture.scale; }, {0, 1e12, true, true}),
       integer({.name = "seed", .metavar = "N", .group = kNoise, .commands = kBake | kView, .help = "another noise of the same kind", .in_recipe = true},
               [](auto& s) -> auto& { return s.recipe.hypertexture.seed; }, 0, std::numeric_limits<int>::max()),
+
+      text({.name = "solid-texture", .metavar = "NAME", .group = kNoise, .commands = kBake | kView,
+            .help = "colour by position instead of the materials' own: marble, wood, granite, or a picture for all planes or three for x, y, z, with commas",
+            .in_recipe = true, .shown_default = "none"},
+           [](auto& s) -> auto& { return s.recipe.solid_texture; }),
+      number({.name = "solid-size", .metavar = "S", .group = kNoise, .commands = kBake | kView, .help = "world units a picture, a vein, ten rings or ten grains take",
+              .in_recipe = true, .shown_default = "half the scene's longest side"},
+             [](auto& s) -> auto& { return s.recipe.solid_size; }, {0, 1e12, true, true}),
+      choice({.name = "solid-blend", .metavar = "HOW", .group = kNoise, .commands = kBake | kView,
+              .help = "pictures on three planes: the plane the surface faces, or the sum of all three", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.solid_blend; },
+             std::vector<std::pair<const char*, PlaneBlend>>{{"normal", PlaneBlend::kNormal}, {"sum", PlaneBlend::kSum}}),
 
       // Slices
       axes({.name = "slices", .metavar = "AXES", .group = kSlices, .commands = kBake, .help = "axes along which to slice", .in_recipe = true},
@@ -562,9 +574,9 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.view.fov; }, {1, 120}),
       picture_size({.name = "size", .metavar = "WxH", .group = kPicture, .commands = kView, .help = "pixels"}),
       choice({.name = "mode", .metavar = "MODE", .group = kPicture, .commands = kView,
-              .help = "reference renderer, slices laid over each other, or the true geometry", .shown_default = "volume; truth for a mesh"},
+              .help = "reference renderer, slices laid over each other, the true geometry, or one zoom cycle of a cube of octaves", .shown_default = "volume; truth for a mesh"},
              [](auto& s) -> auto& { return s.view.mode; },
-             std::vector<std::pair<const char*, std::string>>{{"volume", "volume"}, {"slices", "slices"}, {"truth", "truth"}}),
+             std::vector<std::pair<const char*, std::string>>{{"volume", "volume"}, {"slices", "slices"}, {"truth", "truth"}, {"zoom", "zoom"}}),
       toggle({.name = "truth", .group = kPicture, .commands = kView, .help = "the same as --mode truth; of a pack: its source meshes, or those named after it"},
              [](auto& s) -> auto& { return s.view.truth; }),
       integer({.name = "samples", .metavar = "S", .group = kPicture, .commands = kView, .help = "rays per pixel"},

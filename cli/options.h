@@ -14,7 +14,7 @@ enum class Progress { kAuto, kAlways, kNever };
 
 // What `texel view` is asked for beyond the lights, which it shares with the recipe.
 struct ViewSettings {
-  std::string mode;                    // "volume", "slices", "truth"; empty: volume for a pack, truth for a mesh
+  std::string mode;                    // "volume", "slices", "truth", "zoom"; empty: volume for a pack, truth for a mesh
   bool truth = false;
   double azimuth = -60, elevation = 20, fov = 30;  // degrees
   int width = 512, height = 512;

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "formats/solid_textures.h"
+
 namespace texel {
 namespace {
 
@@ -20,6 +22,7 @@ const Named kPresets[] = {
     {"eroded", {HypertexturePreset::kEroded, 1.5, 6, 0.9, 0.06, 0.5, 0.5, 40, 0, nullptr, 0}},
     {"fire", {HypertexturePreset::kFire, 1.7, 6, 1.2, 0.55, 0.4, 0.5, 6, 0, nullptr, 0}},
     {"marble", {HypertexturePreset::kMarble, 2.5, 5, 2, 0.05, 0.5, 0.8, 30, 0, nullptr, 0}},
+    {"octaves", {HypertexturePreset::kOctaves, 8, 1, 0, 1, 0.5, 0.5, 1, 0, nullptr, 0}},
     {"fur", {HypertexturePreset::kFur, 18, 2, 0.35, 0.12, 0.5, 0.5, 40, 0, nullptr, 0}},
 };
 
@@ -118,6 +121,7 @@ class Density : public Field {
   }
 
   [[nodiscard]] Interval range(const Box3d& box) const override {
+    if (h_.preset == HypertexturePreset::kOctaves) return {0.5, 0.5};
     Interval f = base_->range(box);
     if (std::isnan(f.low) || std::isnan(f.high)) return {0, 1};
     f = {f.low - h_.iso, f.high - h_.iso};
@@ -126,12 +130,14 @@ class Density : public Field {
       case HypertexturePreset::kEroded: return moved(f, octave_range(octaves_, box));
       case HypertexturePreset::kFire: return moved(f, octave_range(octaves_, {drawn(box.min), drawn(box.max)}));
       case HypertexturePreset::kMarble: return {0, soft({f.low / h_.softness, f.high / h_.softness}, h_soft_).high};
+      case HypertexturePreset::kOctaves: break;
       case HypertexturePreset::kFur: return {f.low >= h_.amount ? 1.0 : 0.0, f.high <= 0 ? 0.0 : 1.0};
     }
     return {0, 1};
   }
 
   [[nodiscard]] Box3d bounds(double) const override {
+    if (h_.preset == HypertexturePreset::kOctaves) return {V3d(0, 0, 0), V3d(1, 1, 1)};
     double reach = 0;  // how far below the iso value the base can be and still have matter
     if (h_.preset == HypertexturePreset::kEroded) {
       double sum = 0, amplitude = 1;
@@ -155,6 +161,12 @@ class Density : public Field {
       case HypertexturePreset::kEroded: return displaced(n, x, y, z, 1, d, gx, gy, gz);
       case HypertexturePreset::kFire: return displaced(n, x, y, z, kUpdraft, d, gx, gy, gz);
       case HypertexturePreset::kMarble: return marble(n, x, y, z, d, gx, gy, gz);
+      case HypertexturePreset::kOctaves: {
+        std::fill_n(d, n, 0.5);
+        for (double* g : {gx, gy, gz})
+          if (g) std::fill_n(g, n, 0.0);
+        return;
+      }
       case HypertexturePreset::kFur: return gx ? fur_gradient(n, x, y, z, d, gx, gy, gz) : fur(n, x, y, z, d);
     }
   }
@@ -315,7 +327,8 @@ V3f ramp(std::span<const Stop> stops, double t) {
 
 class PresetColor : public SolidTexture {
  public:
-  explicit PresetColor(const Hypertexture& h) : h_(h), base_(h.base ? h.base : make_ball(V3d(0, 0, 0), 1)) {}
+  explicit PresetColor(const Hypertexture& h)
+      : h_(h), base_(h.base ? h.base : make_ball(V3d(0, 0, 0), 1)), source_(make_octave_source(std::max(1, static_cast<int>(std::lround(h.frequency))), h.seed)) {}
 
   void colors(std::size_t n, const double* x, const double* y, const double* z, const V3d*, double width, V3f* color) const override {
     Row f, v, raised, g[3], q[3];
@@ -326,6 +339,7 @@ class PresetColor : public SolidTexture {
       Octaves octaves{.frequency = h_.frequency, .count = h_.octaves, .seed = h_.seed, .filter = width};
       switch (h_.preset) {
         case HypertexturePreset::kFog: std::fill_n(to, count, V3f(0.8f)); break;
+        case HypertexturePreset::kOctaves: source_->colors(count, px, py, pz, nullptr, width, to); break;
         case HypertexturePreset::kEroded: {
           static constexpr Stop kStone[] = {{0, {0.12f, 0.085f, 0.06f}}, {0.45, {0.30f, 0.22f, 0.15f}}, {0.7, {0.45f, 0.36f, 0.26f}}, {1, {0.62f, 0.55f, 0.45f}}};
           octaves.frequency *= 2;
@@ -375,6 +389,7 @@ class PresetColor : public SolidTexture {
  private:
   Hypertexture h_;
   std::shared_ptr<const Field> base_;
+  std::shared_ptr<const SolidTexture> source_;
 };
 
 }  // namespace

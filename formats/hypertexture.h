@@ -16,6 +16,7 @@ enum class HypertexturePreset {
   kEroded,  // the shape's soft surface moved in and out by a sum of octaves
   kFire,    // moved outwards by turbulence drawn out upwards (+z), in a wide soft region
   kMarble,  // veins across x bent by turbulence, within the soft shape
+  kOctaves, // D = ½ in the unit cube at the origin, coloured by the source volume of a self-zoomable sum (formats/solid_textures.h)
   kFur,     // hairs: noise of the surface's points carried along the normal, thinning to the tips, on a solid skin
 };
 
@@ -32,7 +33,7 @@ struct Hypertexture {
   double iso = 0;
 };
 
-// The defaults of a preset, for the ball. `name`: fog, eroded, fire, marble, fur; false: no such preset.
+// The defaults of a preset, for the ball. `name`: fog, eroded, fire, marble, fur, octaves; false: no such preset.
 [[nodiscard]] bool find_hypertexture(std::string_view name, Hypertexture* out);
 [[nodiscard]] const char* hypertexture_name(HypertexturePreset preset);
 

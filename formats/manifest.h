@@ -50,6 +50,7 @@ struct Manifest {
   std::vector<StackRecord> slices;  // by axis, then level
   std::optional<FileRecord> preview;
   Statistics statistics;
+  std::optional<SolidCube> cube;
   std::vector<ErrorFigure> errors;
   std::vector<Issue> issues;
   std::vector<Skip> skipped;

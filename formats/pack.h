@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -90,12 +91,22 @@ struct ErrorFigure {
   std::string how;             // how it was measured or why it is a bound
 };
 
+// What a renderer needs to know of a cube of solid texture that repeats on all three axes and is to be zoomed through as a sum of octaves
+// (formats/solid_textures.h).
+struct SolidCube {
+  int octaves = 0;             // summed by the renderer, each at twice the frequency of the one before
+  int cells = 0;               // lattice cells of noise a period
+  std::vector<double> weights_start, weights_end;  // at either end of the zoom cycle
+  V3d mean{0, 0, 0}, deviation{0, 0, 0};           // of the grid Cd, level 0
+};
+
 struct Pack {
   Grid grid;                   // level 0
   std::array<bool, 3> cyclic{false, false, false};
   std::vector<Level> levels;   // finest first; may be empty when only slices are wanted
   std::vector<SliceStack> slices;
   Statistics statistics;
+  std::optional<SolidCube> cube;
   std::vector<ErrorFigure> errors;
   std::vector<Issue> issues;
   std::vector<Skip> skipped;

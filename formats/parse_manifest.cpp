@@ -187,6 +187,18 @@ Statistics statistics(const Node& node) {
   return s;
 }
 
+SolidCube solid_cube(const Node& node) {
+  SolidCube c;
+  c.octaves = static_cast<int>(node.key("octaves").integer(1, 64));
+  c.cells = static_cast<int>(node.key("cells").integer(1, 1 << 20));
+  const auto count = static_cast<std::size_t>(c.octaves);
+  for (const Node& w : node.key("weights_start").exactly(count)) c.weights_start.push_back(w.number());
+  for (const Node& w : node.key("weights_end").exactly(count)) c.weights_end.push_back(w.number());
+  c.mean = point(node.key("mean"));
+  c.deviation = point(node.key("deviation"));
+  return c;
+}
+
 }  // namespace
 
 Manifest parse_manifest(const std::string& text, const std::string& where) {
@@ -215,6 +227,7 @@ Manifest parse_manifest(const std::string& text, const std::string& where) {
   m.slices = stack_records(root.key("slices"));
   if (root.has("preview")) m.preview = file_record(root.key("preview"), "preview.png");
   m.statistics = statistics(root.key("statistics"));
+  if (root.has("solid_texture")) m.cube = solid_cube(root.key("solid_texture"));
   for (const auto& [measure, node] : root.key("error").members()) m.errors.push_back({measure, node.key("value").number(), node.key("how").text()});
   for (const Node& i : root.key("issues").items(kMany)) m.issues.push_back({i.key("id").text(), i.key("text").text(), i.key("count").count(), i.key("where").text()});
   for (const Node& s : root.key("skipped").items(kMany)) m.skipped.push_back({s.key("what").text(), s.key("why").text()});

@@ -106,6 +106,7 @@ Pack read_pack(const std::string& folder) {
   pack.cyclic = m.cyclic;
   pack.statistics = m.statistics;
   pack.errors = m.errors;
+  pack.cube = m.cube;
   pack.issues = m.issues;
   pack.skipped = m.skipped;
   pack.sources = m.sources;

@@ -213,6 +213,7 @@ void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& 
   m.cyclic = pack.cyclic;
   m.statistics = pack.statistics;
   m.errors = pack.errors;
+  m.cube = pack.cube;
   const bool volume = std::any_of(pack.levels.begin(), pack.levels.end(), [](const Level& level) {
     return std::any_of(level.layers.begin(), level.layers.end(), [](const Layer& layer) { return !layer.channels.empty(); });
   });

@@ -114,6 +114,11 @@ std::string manifest_text(const Manifest& m) {
   j["slices"] = slices_to_json(m.slices);
   if (m.preview) j["preview"] = to_json(*m.preview);
   j["statistics"] = to_json(m.statistics);
+  if (m.cube) {
+    const SolidCube& c = *m.cube;
+    j["solid_texture"] = {{"octaves", c.octaves}, {"cells", c.cells}, {"weights_start", c.weights_start}, {"weights_end", c.weights_end},
+                          {"mean", to_json(c.mean)}, {"deviation", to_json(c.deviation)}};
+  }
   j["error"] = Json::object();
   for (const ErrorFigure& e : m.errors) j["error"][e.measure] = {{"value", e.value}, {"how", e.how}};
   j["issues"] = Json::array();
