@@ -57,7 +57,7 @@ std::optional<V3f> one_color(const Scene& scene, const TextureSet& textures) {
   for (const std::uint32_t m : scene.mesh.materials) {
     const Material& material = scene.materials[m];
     if (first == &material) continue;
-    if (textures.textured(m) || (first && first->kd != material.kd)) return {};
+    if (textures.textured(m) || material.solid || (first && first->kd != material.kd)) return {};
     first = &material;
   }
   return first->kd;
@@ -100,7 +100,7 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     const Block& block = surface.set.blocks[static_cast<std::size_t>(slot)];
     if (!block.has(voxel.x & 7, voxel.y & 7, voxel.z & 7)) return;
     const auto i = static_cast<std::size_t>(block.index(voxel.x & 7, voxel.y & 7, voxel.z & 7));
-    if (const double covered = surface.moments[i].covered; covered > 0) *color = V3f(surface.color[i] / covered);
+    if (surface.areas[i].covered > 0) *color = surface.mean_color(i);
   };
   SliceShader shader;
   shader.crossing = [blocks, solid_color, &scene, &plan, &textures, &recipe, width, light](const Bundle& bundle, const Crossing& c, double u, double v) {

@@ -121,7 +121,8 @@ Scene base_scene(const Settings& settings, Report& report) {
   Hypertexture texture = hypertexture(given);
   if (!scene.implicits.empty()) {
     texture.base = scene.implicits.front().field;
-    texture.iso = scene.implicits.front().iso;
+    // Fog is the values themselves, not what they are above the value that would make them a solid.
+    texture.iso = texture.preset == HypertexturePreset::kFog ? settings.recipe.iso.value_or(0) : scene.implicits.front().iso;
     scene.implicits.clear();
   } else if (texture.preset == HypertexturePreset::kFog) {
     throw Error(Code::kCommandLine, "--hypertexture fog", "needs an input whose values are a density", "give --implicit or a volume");

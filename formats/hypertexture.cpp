@@ -145,7 +145,8 @@ class Density : public Field {
       reach = h_.amount * sum;
     }
     if (h_.preset == HypertexturePreset::kFire) reach = h_.amount * 2 * kNoiseBound;
-    return base_->bounds(h_.iso - reach);
+    // D > 0 only where f is above: a base that is 0 far and wide has bounds there only.
+    return base_->bounds(std::nextafter(h_.iso - reach, std::numeric_limits<double>::infinity()));
   }
 
  private:
