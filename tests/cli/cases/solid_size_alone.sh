@@ -1,0 +1,1 @@
+texel bake "$DATA/cube.obj" --solid-size 2 -o stone.texel

@@ -1,0 +1,1 @@
+texel bake "$DATA/cube.obj" --solid-texture cheese -o stone.texel
