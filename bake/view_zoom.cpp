@@ -72,8 +72,8 @@ Image view_zoom(const Pack& pack, int size, int pictures) {
       for (const double w : zoom_weights(std::log2(z) - std::floor(std::log2(z)))) square += w * w;
       const double spread = 6 * deviation * std::sqrt(square);
       for (int x = 0; x < size; ++x) {
-        // A plane through the origin, so that distance is a zoom about the picture's middle, and along no axis.
-        const double u = (x + 0.5) / size - 0.5, v = (y + 0.5) / size - 0.5;
+        // A plane through the origin and along no axis, so that distance is a zoom about the picture's corner.
+        const double u = (x + 0.5) / size, v = (y + 0.5) / size;
         const V3d p = V3d(2, 1, 2) * (u / 3) + V3d(-2, 2, 1) * (v / 3);
         const double value = zoom_value([&cube](const V3d& q) { return cube.at(q); }, p, z);
         const double grey = spread > 0 ? 0.5 + (value - mean) / spread : 0.5;

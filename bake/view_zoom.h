@@ -4,8 +4,8 @@
 
 namespace texel {
 
-// `pictures` + 1 squares of `size` pixels side by side, from distance 1 to 2: the sum of octaves (zoom_value) of the pack's Cd on an oblique plane about
-// the origin, one period across at distance 1, trilinear. Grey is spread over three deviations of the sum to either side, by its own deviation at each place of the
+// `pictures` + 1 squares of `size` pixels side by side, from distance 1 to 2: the sum of octaves (zoom_value) of the pack's Cd on an oblique plane from
+// the origin on, one period across at distance 1, trilinear. Grey is spread over three deviations of the sum to either side, by its own deviation at each place of the
 // cycle. The last picture is the first, exactly. Throws Error{kBadInput} where the pack is no such cube.
 [[nodiscard]] Image view_zoom(const Pack& pack, int size, int pictures);
 
