@@ -48,7 +48,8 @@ std::shared_ptr<Image> gradient_picture(int w, int h, float blue) {
   picture->height = h;
   picture->channels = 3;
   for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) picture->pixels.insert(picture->pixels.end(), {static_cast<float>(x) / static_cast<float>(w), static_cast<float>(h - 1 - y) / static_cast<float>(h), blue});
+    for (int x = 0; x < w; ++x)
+      for (const float c : {static_cast<float>(x) / static_cast<float>(w), static_cast<float>(h - 1 - y) / static_cast<float>(h), blue}) picture->pixels.push_back(c);
   return picture;
 }
 
