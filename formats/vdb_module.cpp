@@ -4,6 +4,7 @@
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -12,6 +13,9 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
 #include <tuple>
 #include <type_traits>
 
@@ -126,26 +130,68 @@ void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob
   }
 }
 
-// A file that asks now and then whether to go on: OpenVDB itself has no way to be stopped.
-class WatchedFile : public std::filebuf {
+// Asks now and then whether to go on: OpenVDB itself has no way to be stopped.
+struct Watch {
+  const std::function<bool()>& go_on;
+  std::mutex one_at_a_time;
+  void ask() {
+    if (!go_on) return;
+    const std::lock_guard lock(one_at_a_time);
+    if (!go_on()) throw std::runtime_error("stopped");
+  }
+};
+
+// A file in memory.
+class Bytes : public std::stringbuf {
  public:
-  explicit WatchedFile(const std::function<bool()>& go_on) : go_on_(go_on) {}
+  explicit Bytes(Watch& watch) : watch_(watch) {}
 
  protected:
   std::streamsize xsputn(const char* text, std::streamsize length) override {
     constexpr unsigned kRarely = 1024;  // a leaf takes about four writes and 30 µs
-    if (++writes_ % kRarely == 0) ask();
-    return std::filebuf::xsputn(text, length);
+    if (++writes_ % kRarely == 0) watch_.ask();
+    return std::stringbuf::xsputn(text, length);
   }
 
  private:
-  void ask() const {
-    if (go_on_ && !go_on_()) throw std::runtime_error("stopped");
-  }
-  const std::function<bool()>& go_on_;
+  Watch& watch_;
   unsigned writes_ = 0;
 };
 
+std::string file_of(const openvdb::GridCPtrVec& grids, Watch& watch) {
+  openvdb::MetaMap meta;
+  meta.insertMeta("creator", openvdb::StringMetadata(kCreator));
+  SeekableArchive archive;
+  archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+  Bytes bytes(watch);
+  std::ostream out(&bytes);
+  out.exceptions(std::ios::badbit | std::ios::failbit);
+  archive.write_grids(out, grids, meta);
+  return std::move(bytes).str();
+}
+
+// A grid's part of a file begins with its name, its type, the name of a grid it shares its tree with, and three places in the file: of the grid, of
+// its leaves' values, of its end. Everything else in it holds wherever it stands. Source: GridDescriptor::writeHeader, writeStreamPos.
+void move_grid(char* grid, const char* end, std::int64_t by) {
+  char* at = grid;
+  for (int word = 0; word < 3; ++word) {
+    std::uint32_t length = 0;
+    if (end - at < 4) throw openvdb::IoError("grid descriptor cut short");
+    std::memcpy(&length, at, 4);
+    at += 4;
+    if (end - at < std::ptrdiff_t{length} + 24) throw openvdb::IoError("grid descriptor cut short");
+    at += length;
+  }
+  for (int place = 0; place < 3; ++place, at += 8) {
+    std::int64_t position = 0;
+    std::memcpy(&position, at, 8);
+    position += by;
+    std::memcpy(at, &position, 8);
+  }
+}
+
+// The same file as all grids written in one go, but each is built, compressed and taken down again by itself, several at once: compression is
+// what takes the time, and OpenVDB compresses one leaf after the other.
 void write_level(const VdbWriteJob& job) {
   struct Source {
     const Layer* layer;
@@ -154,22 +200,33 @@ void write_level(const VdbWriteJob& job) {
   std::vector<Source> sources;
   for (const Layer& layer : job.level->layers)
     for (const Channel& channel : layer.channels) sources.push_back({&layer, &channel});
-  openvdb::GridPtrVec grids(sources.size());
-  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t i) {
-    const auto& [layer, channel] = sources[i];
-    grids[i] = channel->components == 3 ? build<openvdb::Vec3SGrid>(*layer, *channel) : build<openvdb::FloatGrid>(*layer, *channel);
-    describe(*grids[i], *channel, job, job.half.at(i));
-  });
-  openvdb::MetaMap meta;
-  meta.insertMeta("creator", openvdb::StringMetadata(kCreator));
-  SeekableArchive archive;
-  archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-  WatchedFile file(job.go_on);
-  if (!file.open(job.path, std::ios::out | std::ios::binary | std::ios::trunc)) throw std::ios_base::failure("cannot be opened");
-  std::ostream out(&file);
+  Watch watch{job.go_on, {}};
+  std::string head = file_of({}, watch);  // ends with the number of grids
+  std::vector<std::string> grids(sources.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const auto& [layer, channel] = sources[i];
+      const openvdb::GridBase::Ptr grid = channel->components == 3 ? build<openvdb::Vec3SGrid>(*layer, *channel) : build<openvdb::FloatGrid>(*layer, *channel);
+      describe(*grid, *channel, job, job.half.at(i));
+      grids[i] = file_of({grid}, watch);
+    }
+  }, tbb::simple_partitioner());
+  const auto count = static_cast<std::uint32_t>(grids.size());
+  std::memcpy(head.data() + head.size() - 4, &count, 4);
+  std::ofstream out;
   out.exceptions(std::ios::badbit | std::ios::failbit);
-  archive.write_grids(out, {grids.begin(), grids.end()}, meta);
-  if (!file.close()) throw std::ios_base::failure("cannot be closed");
+  out.open(job.path, std::ios::binary | std::ios::trunc);
+  out.write(head.data(), static_cast<std::streamsize>(head.size()));
+  std::int64_t moved = 0;
+  for (std::string& grid : grids) {
+    move_grid(grid.data() + head.size(), grid.data() + grid.size(), moved);
+    const std::size_t length = grid.size() - head.size();
+    out.write(grid.data() + head.size(), static_cast<std::streamsize>(length));
+    moved += static_cast<std::int64_t>(length);
+    grid = {};
+    watch.ask();
+  }
+  out.close();
 }
 
 template <class GridType>
