@@ -10,6 +10,7 @@
 
 #include "bake/block_index.h"
 #include "bake/color.h"
+#include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
 #include "bake/levels.h"
 #include "bake/light.h"
@@ -221,9 +222,10 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   std::unique_ptr<tbb::global_control> limit;
   if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
 
-  // Implicit surfaces become triangles first, unless the caller has seen to it.
+  // Height fields and implicit surfaces become triangles first, unless the caller has seen to it.
   std::optional<Scene> made;
-  if (!given_scene.implicits.empty() && given_scene.mesh.made == 0) made = polygonize(given_scene, recipe, report);
+  if (!given_scene.heights.empty() || (!given_scene.implicits.empty() && given_scene.mesh.made == 0))
+    made = polygonize(mesh_heights(given_scene, recipe, report), recipe, report);
   const Scene& scene = made ? *made : given_scene;
 
   const Want& want = recipe.want;

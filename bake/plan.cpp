@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bake/bake.h"
+#include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
 #include "bake/topology.h"
 #include "formats/error.h"
@@ -27,6 +28,8 @@ Box3d used_bounds(const Scene& scene, const Recipe& recipe) {
   Box3d box;
   for (std::size_t t = 0; t < given_triangles(mesh); ++t)
     for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.points[v]);
+  for (const HeightField& field : scene.heights) box.extendBy(height_bounds(field, recipe.cyclic));
+  box.extendBy(scene.bounds);
   for (const Implicit& solid : scene.implicits) {
     if (solid.box.isEmpty() && !recipe.box && mesh.made == 0)
       throw Error(Code::kCommandLine, "--box", "missing: nothing says where " + solid.name + " ends", "give X0,Y0,Z0,X1,Y1,Z1");
@@ -251,7 +254,7 @@ Grid plan_grid(const Scene& scene, const Recipe& recipe) {
     if (scene.hypertexture->preset == HypertexturePreset::kOctaves && !recipe.box) whole.box = Box3d(V3d(0, 0, 0), V3d(1, 1, 1));
     return make_grid(whole.box ? *whole.box : density_bounds(*make_density(*scene.hypertexture, 0)), whole);
   }
-  if (scene.mesh.triangles.empty() && scene.implicits.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
+  if (scene.mesh.triangles.empty() && scene.implicits.empty() && scene.heights.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
   return make_grid(used_bounds(scene, recipe), recipe);
 }
 

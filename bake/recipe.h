@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/grid.h"
+#include "formats/height_field.h"
 #include "formats/solid_textures.h"
 #include "formats/write.h"
 
@@ -74,6 +75,7 @@ struct Recipe {
   PlaneBlend solid_blend = PlaneBlend::kNormal;
   int threads = 0;                        // 0: all
   std::int64_t memory = 0;                // bytes; 0: no cap
+  HeightOptions heights;                  // how pictures are read; used by read_scene
   WriteOptions write;                     // slice format, full float
 };
 

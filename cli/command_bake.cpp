@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "bake/bake.h"
+#include "bake/height_mesh.h"
 #include "bake/polygonize.h"
 #include "bake/view.h"
 #include "cli/commands.h"
@@ -119,6 +120,16 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   return text;
 }
 
+std::string height_lines(const Scene& scene) {
+  std::string text;
+  for (const HeightField& field : scene.heights) {
+    const std::string kind = field.function ? "noise" : std::to_string(field.width) + " x " + std::to_string(field.height) + " samples";
+    text += "heights     " + field.name + ": " + kind + ", " + number_text(field.size.x) + " x " + number_text(field.size.y) + ", from " +
+            number_text(field.low) + " to " + number_text(field.high) + ", solid down to " + number_text(field.base) + "\n";
+  }
+  return text;
+}
+
 struct Outcome {
   std::string status = "failed";
   std::string closing;  // the line that ends the talk
@@ -154,8 +165,11 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   const std::string recipe = recipe_json(settings);
   std::string why;
   const bool fresh = !settings.output.empty() && !settings.force && pack_up_to_date(settings.output, scene, recipe, &why);
+  const auto grid = [&] { return plan_grid(scene, settings.recipe); };
   if (settings.plan) {
-    print_product(plan_text(scene, settings, plan_grid(scene, settings.recipe), fresh ? "up to date" : why.empty() ? "to be baked" : "to be baked: " + why));
+    const std::string fields = height_lines(scene);
+    scene = mesh_heights(std::move(scene), settings.recipe, report);
+    print_product(fields + plan_text(scene, settings, grid(), fresh ? "up to date" : why.empty() ? "to be baked" : "to be baked: " + why));
     outcome.status = "planned";
     return;
   }
@@ -173,7 +187,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   require_place(settings.output);
   if (settings.recipe.want.slices) require_slice_writer(settings.recipe.write.slice_format);
   if (settings.recipe.want.volume() && !opening.valid()) opening = open_volume_writer();
-  scene = polygonize(std::move(scene), settings.recipe, report);  // here rather than in bake: the preview shows it too
+  scene = polygonize(mesh_heights(std::move(scene), settings.recipe, report), settings.recipe, report);  // here rather than in bake: the preview shows it too
   Pack& pack = outcome.pack.emplace(bake(scene, settings.recipe, report));
   pack.recipe_json = recipe;
   pack.sources = scene.sources;
@@ -220,7 +234,7 @@ void refuse_file_name(const std::string& output) {
 
 int command_bake(const Settings& settings) {
   if (settings.inputs.empty() && !makes_scene(settings))
-    throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, or --implicit or --hypertexture, or --recipe with a pack");
+    throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, a picture of heights, --implicit, --perlin-field or --hypertexture, or --recipe with a pack");
   if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
   refuse_file_name(settings.output);
   for (const std::string& file : {settings.report_file, settings.depfile})

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
 #include "bake/polygonize.h"
 #include "bake/view.h"
@@ -70,6 +71,10 @@ Settings sources_of(const Settings& settings) {
   return baked;
 }
 
+Scene meshed(Scene scene, const Recipe& recipe, Report& report) {
+  return polygonize(mesh_heights(std::move(scene), recipe, report), recipe, report);
+}
+
 // A truth that is not the pack's own would be a misleading comparison.
 void warn_of_other_sources(const Pack& pack, const Scene& scene, Report& report) {
   for (const SourceFile& read : scene.sources) {
@@ -102,7 +107,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
     check_mode(view, "truth", false, report);
     Recipe recipe = settings.recipe;
     recipe.resolution = V3i(kTruthVoxels, 0, 0);
-    const Scene scene = polygonize(input_scene(settings, report), recipe, report);
+    const Scene scene = meshed(input_scene(settings, report), recipe, report);
     aim(bounds(scene), up_axis(settings.recipe.up, scene.sources));
     return view_truth(scene, options, report);
   }
@@ -120,7 +125,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
     if (baked.inputs.empty() && !makes_scene(baked)) throw Error(Code::kBadInput, input, "names no source mesh", "name the mesh as a further argument");
     Scene scene = input_scene(baked, report);
     warn_of_other_sources(pack, scene, report);
-    scene = polygonize(std::move(scene), recorded, report);
+    scene = meshed(std::move(scene), recorded, report);
     return view_truth(scene, options, report);
   }
   return mode == "slices" ? view_slices(pack, options, report) : view_volume(pack, options, report);

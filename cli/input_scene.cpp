@@ -93,7 +93,7 @@ Scene base_scene(const Settings& settings, Report& report);
 
 }  // namespace
 
-bool makes_scene(const Settings& settings) { return !settings.recipe.hypertexture.preset.empty() || !settings.recipe.implicit.empty(); }
+bool makes_scene(const Settings& settings) { return !settings.recipe.hypertexture.preset.empty() || !settings.recipe.implicit.empty() || settings.recipe.heights.perlin.period > 0; }
 
 Scene input_scene(const Settings& settings, Report& report) {
   Scene scene = base_scene(settings, report);
@@ -110,10 +110,12 @@ Scene base_scene(const Settings& settings, Report& report) {
     if (!settings.recipe.solid_texture.empty()) alone.seed = 0;
     if (alone != HypertextureOptions{})
       throw Error(Code::kCommandLine, "--hypertexture", "missing: frequency, octaves, amount, softness, bias, gain, density-scale and seed belong to it", "name a preset");
-    return read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso}, report);
+    return read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso, settings.recipe.heights}, report);
   }
   Scene scene;
-  if (!settings.inputs.empty() || !settings.recipe.implicit.empty()) scene = read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso}, report);
+  if (!settings.inputs.empty() || !settings.recipe.implicit.empty() || settings.recipe.heights.perlin.period > 0) scene = read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso, settings.recipe.heights}, report);
+  if (!scene.heights.empty())
+    throw Error(Code::kUnsupported, scene.heights.front().name, "is a height field, and --hypertexture needs a function", "leave it out for a ball, or give --implicit");
   if (!scene.mesh.triangles.empty())
     throw Error(Code::kUnsupported, settings.inputs.front(), "is a mesh, and --hypertexture needs a function", "leave the file out for a ball, or give --implicit");
   if (scene.implicits.size() > 1)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "formats/noise.h"
@@ -11,6 +12,7 @@ namespace texel {
 namespace {
 
 constexpr const char* kFiles = "Input and output";
+constexpr const char* kHeights = "Height fields";
 constexpr const char* kGridGroup = "Grid";
 constexpr const char* kVolume = "Volume";
 constexpr const char* kNoise = "Hypertextures and solid textures";
@@ -203,6 +205,56 @@ OptionRow box(OptionRow row) {
     for (const V3d& corner : {s.recipe.box->min, s.recipe.box->max})
       for (int i = 0; i < 3; ++i) value += (value.empty() ? "" : ",") + number_text(corner[i]);
     return value;
+  };
+  return row;
+}
+
+OptionRow extent(OptionRow row) {
+  row.accepts = "two numbers > 0";
+  row.set = [](Settings& s, const std::string& value) {
+    double v[2];
+    if (!read_numbers(value, 2, v) || !(v[0] > 0) || !(v[1] > 0) || v[0] > 1e30 || v[1] > 1e30) return false;
+    s.recipe.heights.extent = V2d(v[0], v[1]);
+    return true;
+  };
+  row.get = [](const Settings& s) -> std::string {
+    const V2d e = s.recipe.heights.extent;
+    return e.x > 0 ? number_text(e.x) + "," + number_text(e.y) : std::string();
+  };
+  return row;
+}
+
+// The recipe keeps the picture's name only: where it lies says the list of sources, or the recipe's own folder.
+OptionRow height_color(OptionRow row) {
+  row.set = [](Settings& s, const std::string& value) {
+    if (value.empty()) return false;
+    s.recipe.heights.color = value;
+    return true;
+  };
+  row.get = [](const Settings& s) { return std::filesystem::path(s.recipe.heights.color).filename().string(); };
+  return row;
+}
+
+OptionRow perlin_field(OptionRow row) {
+  row.accepts = "none, or a period 1..64, 1..12 octaves, a seed 0..2147483647";
+  row.set = [](Settings& s, const std::string& value) {
+    PerlinField field;
+    const std::vector<std::string> parts = split(value, ',');
+    int seed = 0;
+    if (value == "none") {
+      s.recipe.heights.perlin = field;
+      return true;
+    }
+    if (parts.size() != 3 || !read_integer(parts[0], 1, 64, &field.period) || !read_integer(parts[1], 1, 12, &field.octaves) ||
+        !read_integer(parts[2], 0, std::numeric_limits<int>::max(), &seed))
+      return false;
+    field.seed = static_cast<std::uint32_t>(seed);
+    s.recipe.heights.perlin = field;
+    return true;
+  };
+  row.get = [](const Settings& s) -> std::string {
+    const PerlinField& field = s.recipe.heights.perlin;
+    return field.period > 0 ? std::to_string(field.period) + "," + std::to_string(field.octaves) + "," + std::to_string(field.seed) : std::string();
   };
   return row;
 }
@@ -410,6 +462,27 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.plan; }),
       toggle({.name = "json", .group = kFiles, .commands = kInfo | kCheck, .help = "print JSON"},
              [](auto& s) -> auto& { return s.json; }),
+
+      // Height fields
+      number({.name = "height", .metavar = "H", .group = kHeights, .commands = kBake | kView,
+              .help = "world height of value 1: an integer picture's full scale, a float picture's 1.0", .in_recipe = true,
+              .shown_default = "a quarter of the longer side; a GeoTIFF's own units"},
+             [](auto& s) -> auto& { return s.recipe.heights.height; }, {0, 1e30, true, true}),
+      extent({.name = "extent", .metavar = "W,D", .group = kHeights, .commands = kBake | kView,
+              .help = "world size in x and y, from the first sample to the last; of a cyclic axis, one period", .in_recipe = true,
+              .shown_default = "longer side 1; a GeoTIFF's own"}),
+      maybe_number({.name = "base", .metavar = "Z", .group = kHeights, .commands = kBake | kView,
+                    .help = "world height of the plane the field is solid down to", .in_recipe = true,
+                    .shown_default = "1/32 of the longer side below the lowest height"},
+                   [](auto& s) -> auto& { return s.recipe.heights.base; }),
+      maybe_number({.name = "no-data", .metavar = "V", .group = kHeights, .commands = kBake | kView,
+                    .help = "value, as stored in the picture, that means no data: holes, as where alpha is 0 or the file says so",
+                    .in_recipe = true, .shown_default = "the file's own"},
+                   [](auto& s) -> auto& { return s.recipe.heights.no_data; }),
+      height_color({.name = "height-color", .metavar = "FILE", .group = kHeights, .commands = kBake | kView,
+                    .help = "picture of the surface's colour, or of its light", .in_recipe = true, .shown_default = "grey"}),
+      perlin_field({.name = "perlin-field", .metavar = "PERIOD,OCTAVES,SEED", .group = kHeights, .commands = kBake | kView,
+                    .help = "a cyclic field of gradient noise, as an input of its own", .in_recipe = true, .shown_default = "none"}),
 
       // Grid
       resolution({.name = "resolution", .letter = 'r', .metavar = "N|NX,NY,NZ", .group = kGridGroup, .commands = kBake,

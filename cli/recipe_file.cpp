@@ -120,7 +120,8 @@ std::vector<std::string> manifest_meshes(const std::string& manifest_path) {
   for (const Json& source : *sources) {
     if (!source.is_object() || !source.contains("path") || !source.at("path").is_string()) continue;
     const fs::path path = source.at("path").get<std::string>();
-    if (!is_mesh(path.string())) continue;
+    const bool named = source.contains("input") && source.at("input") == true;
+    if (!named && !is_mesh(path.string())) continue;
     const fs::path mesh = (fs::path(manifest_path).parent_path() / path).lexically_normal();
     std::error_code ec;
     if (!fs::exists(mesh, ec))
@@ -130,12 +131,30 @@ std::vector<std::string> manifest_meshes(const std::string& manifest_path) {
   return meshes;
 }
 
+// The colour picture a recipe names: of a pack the source of that name, of a recipe the file beside it.
+void find_height_color(const Json& json, const std::string& file, bool manifest, std::string& color) {
+  if (color.empty()) return;
+  const fs::path folder = fs::path(file).parent_path();
+  std::error_code ec;
+  if (manifest && json.contains("source") && json.at("source").is_array()) {
+    for (const Json& source : json.at("source")) {
+      if (!source.is_object() || !source.contains("path") || !source.at("path").is_string()) continue;
+      const fs::path path = source.at("path").get<std::string>();
+      if (path.filename() != color || (source.contains("input") && source.at("input") == true)) continue;
+      color = (folder / path).lexically_normal().string();
+      return;
+    }
+  }
+  if (fs::exists(folder / color, ec)) color = (folder / color).lexically_normal().string();
+}
+
 void read_recipe_file(const std::string& path, Settings& settings) {
   std::error_code ec;
   const std::string file = fs::is_directory(path, ec) ? (fs::path(path) / "manifest.json").string() : path;
   const Json json = parse(file);
   const bool manifest = json.is_object() && json.contains("format") && json.at("format") == "texel-pack";
   apply_recipe(manifest && json.contains("recipe") ? json.at("recipe") : json, file, settings);
+  find_height_color(json, file, manifest, settings.recipe.heights.color);
   if (manifest && settings.inputs.empty()) settings.inputs = manifest_meshes(file);
 }
 

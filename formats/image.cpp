@@ -193,6 +193,15 @@ Image read_image(const std::string& path, bool raw) {
   return image;
 }
 
+Samples read_samples(const std::string& path) {
+  std::error_code ec;
+  if (!std::filesystem::is_regular_file(path, ec)) throw Error(Code::kFile, path, "picture not found");
+  Samples samples;
+  std::string message;
+  if (!image_module().read_samples(path.c_str(), samples, message)) throw Error(Code::kFile, path, message, "save the picture again as PNG or TIFF");
+  return samples;
+}
+
 void write_png(const Image& image, const std::string& path, PixelCount* count) {
   check_shape(image, path);
   PixelCount unasked;

@@ -27,6 +27,17 @@ struct Image {
 // Throws Error{kFile} when the file is missing or damaged, Error{kUnsupported} when the module is not installed. Thread-safe.
 [[nodiscard]] Image read_image(const std::string& path, bool raw = false);
 
+// A picture's values as stored, for heights: no curve is undone and nothing is scaled, so that every integer and every float is exact.
+struct Samples {
+  int width = 0, height = 0;
+  std::vector<double> values;  // row 0 on top; NaN where a pixel has alpha 0. Of colour the luminance 0.2126 R + 0.7152 G + 0.0722 B of the
+                               // values as stored, exactly the grey where R = G = B; associated alpha is divided out
+  double full = 1;             // the largest value of the file's type: 255, 65535 …; 1 for floating point
+};
+
+// Throws as read_image. Memory: 8 bytes a pixel, and while reading the pixels as stored.
+[[nodiscard]] Samples read_samples(const std::string& path);
+
 // Pixels of a picture that are not wholly transparent, and those of them brighter than 8 bits can hold: a channel above 1 by more than half
 // a step, stored as 1.
 struct PixelCount {

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <exception>
+#include <limits>
+#include <vector>
 
 namespace texel {
 namespace {
@@ -29,19 +32,28 @@ void make_straight(Image& image) {
   }
 }
 
-bool read_open(OIIO::ImageInput& file, Image& image, int& integer_bits, std::string& message) {
-  const OIIO::ImageSpec& spec = file.spec();
+bool usable(const OIIO::ImageSpec& spec, std::string& message) {
   const std::int64_t values = std::int64_t{spec.width} * spec.height * spec.nchannels;
-  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.width > 1 << 20 || spec.height > 1 << 20 || spec.nchannels > 1024 ||
-      values > kMostValues || spec.depth > 1 || spec.deep) {
-    message = "is not a flat picture of a usable size (" + std::to_string(spec.width) + " x " + std::to_string(spec.height) + ", " +
-              std::to_string(spec.nchannels) + " channels)";
-    return false;
-  }
-  // Two channels are grey and alpha only if the file says so; further channels (depth, normals) are no colour.
+  if (spec.width >= 1 && spec.height >= 1 && spec.nchannels >= 1 && spec.width <= 1 << 20 && spec.height <= 1 << 20 && spec.nchannels <= 1024 &&
+      values <= kMostValues && spec.depth <= 1 && !spec.deep)
+    return true;
+  message = "is not a flat picture of a usable size (" + std::to_string(spec.width) + " x " + std::to_string(spec.height) + ", " +
+            std::to_string(spec.nchannels) + " channels)";
+  return false;
+}
+
+// Two channels are grey and alpha only if the file says so; further channels (depth, normals) are no colour.
+int channels_of(const OIIO::ImageSpec& spec) {
   int channels = std::min(spec.nchannels, 4);
   if (channels == 2 && spec.alpha_channel != 1) channels = 1;
   if (channels == 4 && spec.alpha_channel != 3) channels = 3;
+  return channels;
+}
+
+bool read_open(OIIO::ImageInput& file, Image& image, int& integer_bits, std::string& message) {
+  const OIIO::ImageSpec& spec = file.spec();
+  if (!usable(spec, message)) return false;
+  const int channels = channels_of(spec);
   image.width = spec.width;
   image.height = spec.height;
   image.channels = channels;
@@ -62,6 +74,67 @@ bool read_file(const char* path, Image& image, int& integer_bits, std::string& m
     ask.attribute("oiio:UnassociatedAlpha", 1);
     const auto file = OIIO::ImageInput::open(path, &ask);
     if (file) return read_open(*file, image, integer_bits, message);
+    message = "is no picture that can be read (" + OIIO::geterror() + ")";
+  } catch (const std::exception& e) {
+    message = std::string("cannot be read (") + e.what() + ")";
+  }
+  return false;
+}
+
+template <class T>
+bool read_as(OIIO::ImageInput& file, Samples& samples, OIIO::TypeDesc type, std::string& message) {
+  const OIIO::ImageSpec& spec = file.spec();
+  const int channels = channels_of(spec);
+  const bool has_alpha = channels == 2 || channels == 4;
+  const bool associated = has_alpha && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
+  samples.width = spec.width;
+  samples.height = spec.height;
+  const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height), n = static_cast<std::size_t>(channels);
+  if constexpr (std::numeric_limits<T>::is_integer) samples.full = static_cast<double>(std::numeric_limits<T>::max());
+  std::vector<T> stored(count * n);
+  if (!file.read_image(0, 0, 0, channels, type, stored.data())) {
+    message = "is damaged (" + file.geterror() + ")";
+    return false;
+  }
+  samples.values.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const T* pixel = stored.data() + i * n;
+    double value = static_cast<double>(pixel[0]);
+    if (n >= 3 && !(pixel[0] == pixel[1] && pixel[1] == pixel[2]))
+      value = 0.2126 * value + 0.7152 * static_cast<double>(pixel[1]) + 0.0722 * static_cast<double>(pixel[2]);
+    if (has_alpha) {
+      const double alpha = static_cast<double>(pixel[n - 1]) / samples.full;
+      if (!(alpha > 0)) value = std::numeric_limits<double>::quiet_NaN();
+      else if (associated) value /= alpha;
+    }
+    samples.values[i] = value;
+  }
+  return true;
+}
+
+bool read_stored(OIIO::ImageInput& file, Samples& samples, std::string& message) {
+  if (!usable(file.spec(), message)) return false;
+  using OIIO::TypeDesc;
+  switch (file.spec().format.basetype) {
+    case TypeDesc::UINT8: return read_as<std::uint8_t>(file, samples, TypeDesc::UINT8, message);
+    case TypeDesc::INT8: return read_as<std::int8_t>(file, samples, TypeDesc::INT8, message);
+    case TypeDesc::UINT16: return read_as<std::uint16_t>(file, samples, TypeDesc::UINT16, message);
+    case TypeDesc::INT16: return read_as<std::int16_t>(file, samples, TypeDesc::INT16, message);
+    case TypeDesc::UINT32: return read_as<std::uint32_t>(file, samples, TypeDesc::UINT32, message);
+    case TypeDesc::INT32: return read_as<std::int32_t>(file, samples, TypeDesc::INT32, message);
+    case TypeDesc::HALF:
+    case TypeDesc::FLOAT: return read_as<float>(file, samples, TypeDesc::FLOAT, message);
+    case TypeDesc::DOUBLE: return read_as<double>(file, samples, TypeDesc::DOUBLE, message);
+    default: message = std::string("has pixels of a type that is no height (") + file.spec().format.c_str() + ")"; return false;
+  }
+}
+
+bool read_sample_file(const char* path, Samples& samples, std::string& message) {
+  try {
+    OIIO::ImageSpec ask;
+    ask.attribute("oiio:UnassociatedAlpha", 1);
+    const auto file = OIIO::ImageInput::open(path, &ask);
+    if (file) return read_stored(*file, samples, message);
     message = "is no picture that can be read (" + OIIO::geterror() + ")";
   } catch (const std::exception& e) {
     message = std::string("cannot be read (") + e.what() + ")";
@@ -98,4 +171,4 @@ bool write_exr_file(const char* path, const Image& image, std::string& message) 
 }  // namespace texel
 
 extern "C" __attribute__((visibility("default"))) const texel::ImageModule texel_image_module;
-const texel::ImageModule texel_image_module = {texel::kImageModuleVersion, texel::read_file, texel::write_exr_file};
+const texel::ImageModule texel_image_module = {texel::kImageModuleVersion, texel::read_file, texel::read_sample_file, texel::write_exr_file};

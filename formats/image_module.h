@@ -11,10 +11,12 @@ struct ImageModule {
   int version;
   // Pixels as stored: integers scaled to [0,1], colour straight. `integer_bits` is 8 or 16 for such integers, 0 for anything else.
   bool (*read)(const char* path, Image& image, int& integer_bits, std::string& message);
+  // Samples as image.h says.
+  bool (*read_samples)(const char* path, Samples& samples, std::string& message);
   // `image` goes into the file as it is, as half floats.
   bool (*write_exr)(const char* path, const Image& image, std::string& message);
 };
 
-inline constexpr int kImageModuleVersion = 1;
+inline constexpr int kImageModuleVersion = 2;
 
 }  // namespace texel

@@ -214,7 +214,7 @@ Manifest parse_manifest(const std::string& text, const std::string& where) {
   constexpr std::size_t kMany = 1 << 20;
   Manifest m;
   m.generator = root.key("generator").text();
-  for (const Node& s : root.key("source").items(kMany)) m.sources.push_back({s.key("path").text(), sha256(s.key("sha256")), s.key("bytes").count()});
+  for (const Node& s : root.key("source").items(kMany)) m.sources.push_back({s.key("path").text(), sha256(s.key("sha256")), s.key("bytes").count(), s.has("input") && s.key("input").flag()});
   if (!root.key("recipe").is_object()) root.key("recipe").fail("is not an object");
   m.recipe_json = root.key("recipe").json();
   m.grid = {point(root.key("box").key("min")), positive(root.key("voxel_size")), resolution(root.key("resolution"))};

@@ -16,10 +16,15 @@ enum class Format { kUnknown, kObj, kPly, kStl, kOff };
 
 constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off"};
 
-Format by_extension(const std::string& path) {
+std::string small_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   for (char& c : extension)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+Format by_extension(const std::string& path) {
+  const std::string extension = small_extension(path);
   for (int f = 1; f < 5; ++f)
     if (extension == kNames[f]) return static_cast<Format>(f);
   return Format::kUnknown;
@@ -47,17 +52,18 @@ Format by_content(std::span<const char> bytes) {
   return Format::kUnknown;
 }
 
-Scene read_one(const std::string& path, Report& report) {
+Scene read_one(const std::string& path, const HeightOptions& heights, Report& report) {
+  if (std::error_code ec; is_picture(path) && !std::filesystem::is_directory(path, ec)) return read_height(path, heights, report);
   Format format = by_extension(path);
   if (format == Format::kUnknown) {
     const std::string extension = std::filesystem::path(path).extension().string();
     if (std::error_code ec; std::filesystem::is_directory(path, ec)) {
       if (std::filesystem::exists(std::filesystem::path(path) / "manifest.json", ec))
         throw Error(Code::kBadInput, path, "is a pack, not a mesh", "bake it again with --recipe " + path);
-      throw Error(Code::kBadInput, path, "is a folder", "give a mesh file: .obj, .ply, .stl or .off");
+      throw Error(Code::kBadInput, path, "is a folder", "give a mesh file (.obj, .ply, .stl or .off) or a picture of heights");
     }
     throw Error(Code::kUnsupported, path, "files of this kind can't be read (" + (extension.empty() ? "no extension" : extension) + ")",
-                "give .obj, .ply, .stl or .off");
+                "give .obj, .ply, .stl or .off, or a picture of heights (.png, .tif, .exr)");
   }
   const FileBytes file(path);
   const Input input{file.bytes(), path};
@@ -85,7 +91,7 @@ void join_textures(Scene& to, Scene& from) {
   std::vector<int> number;
   for (std::size_t i = 0; i < from.textures.size(); ++i) {
     std::size_t at = 0;
-    while (at < to_raw.size() && !(to.textures[at].path == from.textures[i].path && to_raw[at] == from_raw[i])) ++at;
+    while (at < to_raw.size() && !(to.textures[at].path == from.textures[i].path && to_raw[at] == from_raw[i] && to.textures[at].opaque == from.textures[i].opaque)) ++at;
     if (at == to_raw.size()) {
       at = to.textures.size();
       to.textures.push_back(from.textures[i]);
@@ -98,9 +104,13 @@ void join_textures(Scene& to, Scene& from) {
 }
 
 void join(Scene& to, Scene&& from) {
+  for (HeightField& field : from.heights) {
+    field.material += static_cast<std::uint32_t>(to.materials.size());
+    to.heights.push_back(std::move(field));
+  }
   Mesh &a = to.mesh, &b = from.mesh;
   if (a.points.size() + b.points.size() >= kNoIndex || a.uvs.size() + b.uvs.size() >= kNoIndex)
-    throw Error(Code::kUnsupported, from.sources.front().path, "the inputs together have more than 2^32 vertices");
+    throw Error(Code::kUnsupported, from.sources.empty() ? "" : from.sources.front().path, "the inputs together have more than 2^32 vertices");
   join_textures(to, from);
   const auto points = static_cast<std::uint32_t>(a.points.size()), uvs = static_cast<std::uint32_t>(a.uvs.size());
   const auto materials = static_cast<std::uint32_t>(to.materials.size());
@@ -133,6 +143,16 @@ void join(Scene& to, Scene&& from) {
   for (SourceFile& source : from.sources)
     if (std::none_of(to.sources.begin(), to.sources.end(), [&](const SourceFile& s) { return s.path == source.path; }))
       to.sources.push_back(std::move(source));
+}
+
+void drop_alpha(Image& image) {
+  if (!image.has_alpha()) return;
+  const int colors = image.channels - 1;
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); i += static_cast<std::size_t>(image.channels))
+    for (int c = 0; c < colors; ++c) image.pixels[to++] = image.pixels[i + static_cast<std::size_t>(c)];
+  image.pixels.resize(to);
+  image.channels = colors;
 }
 
 bool usable(const V3d& p) {
@@ -262,21 +282,34 @@ void FaceColors::report_to(Report& report, const std::string& path) const {
   if (overflow_) report.issue("face-colors-many", "faces past the first 4096 different face colours are grey", overflow_, path);
 }
 
+bool is_picture(const std::string& path) {
+  const std::string extension = small_extension(path);
+  for (const char* known : {".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg", ".hdr", ".bmp", ".tga", ".pgm", ".ppm", ".pnm", ".pfm", ".webp", ".jp2"})
+    if (extension == known) return true;
+  return false;
+}
+
 Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report) {
-  if (paths.empty() && options.implicit.empty()) throw Error(Code::kCommandLine, "", "no input given");
+  if (paths.empty() && options.implicit.empty() && options.heights.perlin.period == 0) throw Error(Code::kCommandLine, "", "no input given");
   std::optional<Scene> all;
   const auto take = [&](Scene&& scene) {
     if (all) join(*all, std::move(scene));
     else all = std::move(scene);
   };
-  for (const std::string& path : paths) take(read_one(path, report));
+  for (const std::string& path : paths) {
+    Scene read = read_one(path, options.heights, report);
+    if (!read.sources.empty()) read.sources.front().input = true;
+    take(std::move(read));
+  }
   if (!options.implicit.empty()) take(implicit_scene(read_expression(options.implicit), options.iso.value_or(0), "--implicit"));
+  if (options.heights.perlin.period > 0) take(make_perlin_field(options.heights));
   Scene& scene = *all;
-  std::vector<std::string> files;
-  for (const Texture& t : scene.textures) files.push_back(t.path);
+  std::vector<Texture> files = scene.textures;
   scene.load_texture = [files = std::move(files), raw = raw_textures(scene)](int texture) {
     const auto i = static_cast<std::size_t>(texture);
-    return read_image(files.at(i), raw.at(i));
+    Image image = read_image(files.at(i).path, raw.at(i));
+    if (files.at(i).opaque) drop_alpha(image);
+    return image;
   };
   return std::move(scene);
 }

@@ -6,10 +6,12 @@
 //   .ply       x       x   x                          any          ASCII and binary, both byte orders
 //   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
 //   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
+//   pictures   a height field (docs/inputs.md): .png .tif .tiff .exr .jpg .jpeg .hdr .bmp .tga .pgm .ppm .pnm .pfm .webp .jp2
 #include <optional>
 #include <span>
 #include <string>
 
+#include "formats/height_field.h"
 #include "formats/report.h"
 #include "formats/scene.h"
 
@@ -24,9 +26,13 @@ namespace texel {
 struct ReadOptions {
   std::string implicit;        // formats/expression.h; empty: none
   std::optional<double> iso;   // of all implicit surfaces; default: the input's own
+  HeightOptions heights;       // how pictures are read; a noise field it asks for is a scene of its own, joined last
 };
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report);
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, Report& report);
 [[nodiscard]] Scene read_scene(const std::string& path, Report& report);
+
+// Whether the file's extension is that of a picture.
+[[nodiscard]] bool is_picture(const std::string& path);
 
 }  // namespace texel

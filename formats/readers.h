@@ -9,6 +9,7 @@
 #include "formats/report.h"
 #include "formats/scene.h"
 #include "formats/text_scanner.h"
+#include "formats/tiff_tags.h"
 
 namespace texel {
 
@@ -16,6 +17,13 @@ namespace texel {
 [[nodiscard]] Scene read_ply(const Input& input, Report& report);
 [[nodiscard]] Scene read_stl(const Input& input, Report& report);
 [[nodiscard]] Scene read_off(const Input& input, Report& report);
+
+// A picture as a height field, and the cyclic noise that options.perlin asks for. Beyond what read.h says they throw
+// Error{kCommandLine} where options.base is above the lowest height.
+[[nodiscard]] Scene read_height(const std::string& path, const HeightOptions& options, Report& report);
+[[nodiscard]] Scene make_perlin_field(const HeightOptions& options);
+// The field that stored samples mean; no material. What has no data: samples that are NaN, options.no_data or tags.no_data.
+[[nodiscard]] HeightField make_height_field(Samples samples, const HeightOptions& options, const TiffTags& tags, const std::string& path, Report& report);
 
 // A map line of an .mtl file: the name as written and the options that matter here.
 struct MtlMap {

@@ -11,6 +11,7 @@
 
 #include "formats/field.h"
 #include "formats/grid.h"
+#include "formats/height_field.h"
 #include "formats/hypertexture.h"
 #include "formats/image.h"
 #include "formats/solid_texture.h"
@@ -44,6 +45,7 @@ struct Material {
 struct Texture {
   std::string path;            // resolved, readable; readers report a missing file and leave the use out instead
   std::string name;            // as the input names it, for messages
+  bool opaque = false;         // its alpha is left out
 };
 
 // Triangle soup with shared vertices. Polygons are already triangulated: convex ones as a fan from their first corner,
@@ -76,11 +78,14 @@ struct SourceFile {
   std::string path;            // as opened
   std::string sha256;          // hex, of the bytes; filled by write_pack / up-to-date test
   std::int64_t bytes = 0;
+  bool input = false;          // named by the user, rather than by another file
 };
 
 struct Scene {
   Mesh mesh;                            // all inputs joined
   std::vector<Implicit> implicits;      // solids given by functions; bake/polygonize.h makes triangles of them
+  std::vector<HeightField> heights;     // become part of the mesh once the grid is known (bake/height_mesh.h)
+  Box3d bounds;                         // what the grid holds besides the mesh's own bounds; may be empty
   std::vector<Material> materials;      // at least one
   std::optional<Hypertexture> hypertexture;  // a density instead of the mesh, which is empty then; materials[0].solid colours it
   std::vector<Texture> textures;

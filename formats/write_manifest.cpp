@@ -102,7 +102,10 @@ std::string manifest_text(const Manifest& m) {
   j["version"] = kPackVersion;
   j["generator"] = m.generator;
   j["source"] = Json::array();
-  for (const SourceFile& s : m.sources) j["source"].push_back({{"path", s.path}, {"sha256", s.sha256}, {"bytes", s.bytes}});
+  for (const SourceFile& s : m.sources) {
+    j["source"].push_back({{"path", s.path}, {"sha256", s.sha256}, {"bytes", s.bytes}});
+    if (s.input) j["source"].back()["input"] = true;
+  }
   j["recipe"] = recipe_to_json(m.recipe_json);
   const Box3d box = m.grid.box();
   j["box"] = {{"min", to_json(box.min)}, {"max", to_json(box.max)}};
