@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "bake/clip.h"
@@ -142,7 +143,9 @@ struct Rasteriser {
     }
     Line left[2], right[2];  // edges that bound a row; a triangle has at most two on a side
     int lefts = 0, rights = 0;
+    std::int64_t not_mine = std::numeric_limits<std::int64_t>::min();  // row along an edge whose rays belong to the triangle beyond it
     for (const Edge& e : edge) {
+      if (e.dy == 0 && !e.closed) not_mine = e.y;
       if (e.dy == 0) continue;
       Line& line = e.dy < 0 ? left[lefts++] : right[rights++];
       line = {static_cast<double>(e.x), static_cast<double>(e.y), static_cast<double>(e.dx) / static_cast<double>(e.dy)};
@@ -158,6 +161,7 @@ struct Rasteriser {
         ++voxel_row;
       }
       const std::int64_t v = (voxel_row << kFixedBits) + pattern.v[r];
+      if (v == not_mine) continue;
       const auto vd = static_cast<double>(v);
       double lo = -1, hi = end;
       for (int i = 0; i < lefts; ++i) lo = std::max(lo, left[i].at(vd));
