@@ -1,5 +1,6 @@
 #include "bake/height_mesh.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -130,7 +131,7 @@ class Tessellation {
     z.resize(n);
     if (field_.function) {
       const std::vector<double> y(n, lines_[1].at[row]);
-      field_.function(n, lines_[0].at.data(), y.data(), z.data());
+      field_.function(n, lines_[0].at.data(), y.data(), z.data(), nullptr, nullptr);
       return;
     }
     const int sy = lines_[1].sample[row];
@@ -167,6 +168,12 @@ class Tessellation {
       const double z[4] = {z0[s], z0[s + 1], z1[s + 1], z1[s]};  // counter-clockwise from the near left one
       const double twist = z[0] - z[1] + z[2] - z[3], sum = z[0] + z[1] + z[2] + z[3];
       const std::uint32_t c[4] = {sink.corner(i, 0), sink.corner(i + 1, 0), sink.corner(i + 1, 1), sink.corner(i, 1)};
+      if (holes_) {
+        std::uint32_t b[4];
+        for (std::size_t k = 0; k < 4; ++k) b[k] = sink.below(c[k], k == 1 || k == 2 ? i + 1 : i, k >= 2 ? j + 1 : j);
+        sink.triangle(b[0], b[2], b[1]);
+        sink.triangle(b[0], b[3], b[2]);
+      }
       const double dx = x[s + 1] - x[s], dy = y1 - y0;
       if (!field_.function && std::abs(twist) <= kFlat * grid_.h) {
         sink.triangle(c[0], c[1], c[2]);
@@ -186,11 +193,6 @@ class Tessellation {
         if (z[l] > field_.base) sink.triangle(a, b, c[l]);  // else without area: the field lies on its base there
         if (z[k] > field_.base) sink.triangle(a, c[l], c[k]);
       }
-      if (!holes_) continue;
-      std::uint32_t b[4];
-      for (std::size_t k = 0; k < 4; ++k) b[k] = sink.below(c[k], ci[k], cj[k]);
-      sink.triangle(b[0], b[2], b[1]);
-      sink.triangle(b[0], b[3], b[2]);
     }
   }
 
@@ -238,7 +240,7 @@ class Tessellation {
     mean.assign(n, 0);
     for (std::size_t l = 0; l < 3; ++l) {
       std::fill(y.begin(), y.end(), y0 + dy * kAt[l]);
-      field_.function(n * 3, x.data(), y.data(), z.data());
+      field_.function(n * 3, x.data(), y.data(), z.data(), nullptr, nullptr);
       for (std::size_t i = 0; i < n; ++i)
         for (std::size_t k = 0; k < 3; ++k) mean[i] += kWeight[l] * kWeight[k] * z[i * 3 + k];
     }
@@ -262,7 +264,8 @@ struct Counter {
   void triangle(std::uint32_t, std::uint32_t, std::uint32_t) { ++triangles; }
 };
 
-// Where the parts of a field's mesh lie: first all corners row by row, then all middles, then the bottom.
+// Where the parts of a field's mesh lie. Points: all corners row by row, all middles, the bottom. Triangles: the bottom first, since a ray
+// that meets it and the surface at one height, where the field lies on its base, enters before it leaves.
 struct Layout {
   std::vector<std::size_t> corners, centres, triangles;  // of each row, from the field's own first; one more at the end
   std::size_t bottom = 0, points = 0, faces = 0;
@@ -293,10 +296,10 @@ Layout make_layout(const Tessellation& t) {
   });
   add_up(layout.corners, 0);
   add_up(layout.centres, layout.corners.back());
-  add_up(layout.triangles, 0);
+  add_up(layout.triangles, t.holes() ? 0 : t.loop_length());
   layout.bottom = layout.centres.back();
   layout.points = layout.bottom + (t.holes() ? layout.corners.back() : t.loop_length() + 1);
-  layout.faces = layout.triangles.back() + (t.holes() ? 0 : t.loop_length());
+  layout.faces = layout.triangles.back();
   return layout;
 }
 
@@ -348,8 +351,20 @@ void store_bottom(const HeightField& field, const Tessellation& t, const Layout&
     for (const int i : {0, t.nx() - 1}) mesh.points[first + t.loop_place(i, j)] = t.corner_point(i, j, field.base);
   mesh.points[middle] = V3d(field.size.x / 2, field.size.y / 2, field.base);
   for (std::size_t k = 0; k < length; ++k)
-    mesh.triangles[first_triangle + layout.triangles.back() + k] = {static_cast<std::uint32_t>(first + (k + 1) % length), static_cast<std::uint32_t>(first + k),
-                                                                     static_cast<std::uint32_t>(middle)};
+    mesh.triangles[first_triangle + k] = {static_cast<std::uint32_t>(first + (k + 1) % length), static_cast<std::uint32_t>(first + k), static_cast<std::uint32_t>(middle)};
+}
+
+// A function's own normals, at the corners and middles of its surface. Walls and bottom have points of their own that have none.
+void store_normals(const HeightField& field, const Layout& layout, std::size_t first_point, Mesh& mesh) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, layout.bottom, 4096), [&](const tbb::blocked_range<std::size_t>& range) {
+    std::vector<double> x, y, z(range.size()), dx(range.size()), dy(range.size());
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      x.push_back(mesh.points[first_point + i].x);
+      y.push_back(mesh.points[first_point + i].y);
+    }
+    field.function(range.size(), x.data(), y.data(), z.data(), dx.data(), dy.data());
+    for (std::size_t i = 0; i < range.size(); ++i) mesh.normals[first_point + range.begin() + i] = V3f(V3d(-dx[i], -dy[i], 1).normalized());
+  });
 }
 
 void add_field(const HeightField& field, const Grid& grid, const std::array<bool, 3>& cyclic, Scene& scene, Report& report) {
@@ -366,6 +381,8 @@ void add_field(const HeightField& field, const Grid& grid, const std::array<bool
   store_rows(field, t, layout, first_point, first_triangle, mesh);
   if (!t.holes()) store_bottom(field, t, layout, first_point, first_triangle, mesh);
 
+  if (field.function || !mesh.normals.empty()) mesh.normals.resize(mesh.points.size(), V3f(0, 0, 0));
+  if (field.function) store_normals(field, layout, first_point, mesh);
   if (field.textured || !mesh.uv_corners.empty()) mesh.uv_corners.resize(mesh.triangles.size(), {kNoIndex, kNoIndex, kNoIndex});
   if (field.textured) {
     mesh.uvs.resize(first_uv + layout.points);

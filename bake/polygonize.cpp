@@ -518,7 +518,7 @@ Scene polygonize(Scene scene, const Recipe& recipe, Report& report) {
   const StageTimer timer(report, "polygonize");
   const Grid grid = plan_grid(scene, recipe);
   const std::size_t given = mesh.triangles.size();
-  mesh.normals.assign(mesh.points.size(), V3f(0, 0, 0));
+  mesh.normals.resize(mesh.points.size(), V3f(0, 0, 0));
   std::int64_t bricks = 0, sampled = 0;
   for (const Implicit& solid : scene.implicits) {
     Polygonizer work{solid, {grid, grid.n + V3i(2, 2, 2)}, {}, report, {}};

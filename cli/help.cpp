@@ -17,7 +17,7 @@ struct CommandText {
 
 constexpr std::array<CommandText, 4> kCommands = {{
     {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene (several inputs: one scene)",
-     "INPUT is an .obj (with its .mtl and textures), .ply, .stl or .off file; --implicit stands for one.\n"
+     "INPUT is an .obj (with its .mtl and textures), .ply, .stl or .off file, or a picture of heights; --implicit and --perlin-field stand for one.\n"
      "A pack is a folder: manifest.json, volume.vdb with its coarser levels, stacks of RGBA slices and preview.png.\n"
      "A pack made by this version from the same bytes with the same recipe is left alone (--force bakes it anyway).\n",
      "  texel bake tree.obj -o tree.texel                        128 voxels along the longest side, all there is\n"
@@ -25,6 +25,8 @@ constexpr std::array<CommandText, 4> kCommands = {{
      "  texel bake rock.ply -o rock.texel --light sun:1,0,-1,0.8,0.8,0.7 --light ambient:0.2,0.2,0.25 --shadows\n"
      "                                                           light baked into the slices\n"
      "  texel bake --recipe tree.texel -o again.texel -r 256     a pack baked again, finer\n"
+     "  texel bake crater.png -o crater.texel --extent 4,3 --height 1\n"
+     "                                                           a height field\n"
      "  texel bake a.obj b.obj -o ab.texel --plan                what would be done, and the memory it takes\n"},
     {kInfo, "info", "texel info PACK [--json]", "what is in a pack", "",
      "  texel info tree.texel                                    a table\n"

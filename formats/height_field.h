@@ -43,8 +43,9 @@ struct HeightField {
   double low = 0, high = 0;     // of the heights there are; of a function: what encloses them
   std::uint32_t material = 0;   // into Scene::materials
   bool textured = false;        // its material has a picture, sample on sample
-  // z at n points, world space; periodic in `size`, bit for bit. Thread-safe. Empty where there are samples.
-  std::function<void(std::size_t n, const double* x, const double* y, double* z)> function;
+  // z at n points, world space, and where `dx` is not null the gradient; periodic in `size`, bit for bit. Thread-safe. Empty where there are
+  // samples.
+  std::function<void(std::size_t n, const double* x, const double* y, double* z, double* dx, double* dy)> function;
   double detail = 0;            // of a function: how far apart its finest features are, world units
 };
 

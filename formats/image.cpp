@@ -198,7 +198,7 @@ Samples read_samples(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, ec)) throw Error(Code::kFile, path, "picture not found");
   Samples samples;
   std::string message;
-  if (!image_module().read_samples(path.c_str(), samples, message)) throw Error(Code::kFile, path, message, "save the picture again as PNG or TIFF");
+  if (!image_module().read_samples(path.c_str(), samples, message)) throw Error(Code::kFile, path, message, "save the picture again, as 16-bit PNG or 32-bit float TIFF");
   return samples;
 }
 

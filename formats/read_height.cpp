@@ -64,14 +64,23 @@ void place_base(const HeightOptions& options, const std::string& where, HeightFi
 
 // The noise on a plane through space, (u, v) in [0,1]² over one period. The plane keeps off those of the lattice, on which noise is 0
 // at every lattice point.
-void plane_values(const Octaves& octaves, std::size_t n, const double* u, const double* v, double* value) {
+void plane_values(const Octaves& octaves, std::size_t n, const double* u, const double* v, double* value, double* du = nullptr, double* dv = nullptr) {
   constexpr double kPlane = 0.37;
   std::vector<double> x(n), y(n), z(n, kPlane);
   for (std::size_t i = 0; i < n; ++i) {
     x[i] = u[i] * octaves.period.x;
     y[i] = v[i] * octaves.period.y;
   }
-  octave_values(octaves, n, x.data(), y.data(), z.data(), value);
+  if (!du) {
+    octave_values(octaves, n, x.data(), y.data(), z.data(), value);
+    return;
+  }
+  std::vector<double> dz(n);
+  octave_gradients(octaves, n, x.data(), y.data(), z.data(), value, du, dv, dz.data());
+  for (std::size_t i = 0; i < n; ++i) {
+    du[i] *= octaves.period.x;
+    dv[i] *= octaves.period.y;
+  }
 }
 
 struct Extremes { double low, high; };
@@ -185,14 +194,19 @@ Scene make_perlin_field(const HeightOptions& options) {
   field.low = 0;
   field.high = top;
   field.detail = std::min(field.size.x, field.size.y) / std::ldexp(perlin.period, perlin.octaves - 1);
-  field.function = [octaves, extremes, top, size = field.size](std::size_t n, const double* x, const double* y, double* z) {
+  field.function = [octaves, extremes, top, size = field.size](std::size_t n, const double* x, const double* y, double* z, double* dx, double* dy) {
     std::vector<double> u(n), v(n);
     for (std::size_t i = 0; i < n; ++i) {
       u[i] = x[i] / size.x;  // 1 exactly at the far side, so that it repeats bit for bit
       v[i] = y[i] / size.y;
     }
-    plane_values(octaves, n, u.data(), v.data(), z);
-    for (std::size_t i = 0; i < n; ++i) z[i] = top * std::clamp((z[i] - extremes.low) / (extremes.high - extremes.low), 0.0, 1.0);
+    plane_values(octaves, n, u.data(), v.data(), z, dx, dy);
+    const double range = extremes.high - extremes.low;
+    for (std::size_t i = 0; i < n; ++i) z[i] = top * std::clamp((z[i] - extremes.low) / range, 0.0, 1.0);
+    for (std::size_t i = 0; dx && i < n; ++i) {
+      dx[i] *= top / (range * size.x);
+      dy[i] *= top / (range * size.y);
+    }
   };
   add_color(options, field, scene);
   place_base(options, "the field", field);

@@ -59,8 +59,8 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> uv_corners; // into uvs; empty, or per triangle (kNoIndex where a corner has none)
   std::vector<std::uint32_t> materials;                 // into Scene::materials, per triangle
 
-  // Set by polygonize only. The last `made` triangles stand for implicit surfaces: closed, turned outwards, each in one cell of the grid
-  // they were made for. `normals`: the surface's own at each point, unit; 0 where there is none. Empty, or points.size().
+  // Set by polygonize only: the last `made` triangles stand for implicit surfaces: closed, turned outwards, each in one cell of the grid
+  // they were made for. `normals`, of surfaces given by functions: their own at each point, unit; 0 where there is none. Empty, or points.size().
   std::size_t made = 0;
   std::vector<V3f> normals;
 };

@@ -1,4 +1,5 @@
-f="$ROOT/samples/terrain/crater.png"
+cp "$ROOT/samples/terrain/crater.png" .
+f=crater.png
 printf 'no picture' > text.png
 printf 'P5 3 1 255 abc' > row.pgm
 printf 'P5 2 2 255 abcd' > flat.pgm
