@@ -165,11 +165,10 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
   const std::string recipe = recipe_json(settings);
   std::string why;
   const bool fresh = !settings.output.empty() && !settings.force && pack_up_to_date(settings.output, scene, recipe, &why);
-  const auto grid = [&] { return plan_grid(scene, settings.recipe); };
   if (settings.plan) {
     const std::string fields = height_lines(scene);
     scene = mesh_heights(std::move(scene), settings.recipe, report);
-    print_product(fields + plan_text(scene, settings, grid(), fresh ? "up to date" : why.empty() ? "to be baked" : "to be baked: " + why));
+    print_product(fields + plan_text(scene, settings, plan_grid(scene, settings.recipe), fresh ? "up to date" : why.empty() ? "to be baked" : "to be baked: " + why));
     outcome.status = "planned";
     return;
   }

@@ -65,7 +65,7 @@ struct Bilinear {
         sum.volume += area * (z00 * (1 - u) * (1 - v) + z10 * u * (1 - v) + z01 * (1 - u) * v + z11 * u * v - field.base);
         sum.dx += area * ((z10 - z00) * (1 - v) + (z11 - z01) * v) / sx;
         sum.dy += area * ((z01 - z00) * (1 - u) + (z11 - z10) * u) / sy;
-        sum.area += area;
+        sum.covered += area;
       }
     return sum;
   }
@@ -185,11 +185,11 @@ TEST(HeightMesh, NormalsAreTheBilinearSurfaces) {
   for_each_voxel(s->surfaces[0].set, [&](const V3i& v, std::int64_t i) {
     const Moments& m = s->surfaces[0].moments[static_cast<std::size_t>(i)];
     const auto found = truth.find({v.x, v.y, v.z});
-    if (found == truth.end() || !(m.m.z > 0) || m.area < 0.1) return;
+    if (found == truth.end() || !(m.m.z > 0) || m.covered < 0.1) return;
     const double angle = std::acos(std::min(1.0, m.m.normalized().dot(found->second.normalized()))) * 180 / M_PI;
     worst = std::max(worst, angle);
-    sum += angle * m.area;
-    weight += m.area;
+    sum += angle * m.covered;
+    weight += m.covered;
   });
   std::printf("normals of a rough field, voxels against the bilinear surface: mean %.4f degrees, largest %.3f\n", sum / weight, worst);
   EXPECT_LT(sum / weight, 0.1);
