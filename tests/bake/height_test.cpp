@@ -65,7 +65,7 @@ struct Bilinear {
         sum.volume += area * (z00 * (1 - u) * (1 - v) + z10 * u * (1 - v) + z01 * (1 - u) * v + z11 * u * v - field.base);
         sum.dx += area * ((z10 - z00) * (1 - v) + (z11 - z01) * v) / sx;
         sum.dy += area * ((z01 - z00) * (1 - u) + (z11 - z10) * u) / sy;
-        sum.covered += area;
+        sum.area += area;
       }
     return sum;
   }

@@ -12,10 +12,12 @@ import math
 import os
 import platform
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
 import time
+import zlib
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
@@ -66,6 +68,30 @@ def sphere(folder, level):
         out.write(f"OFF\n{len(points)} {len(faces)} 0\n")
         out.writelines(f"{x:.17g} {y:.17g} {z:.17g}\n" for x, y, z in points)
         out.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces)
+    return path
+
+
+def terrain(folder, side):
+    """A 16-bit grey PNG of side² rolling heights with a little noise: every square has some twist."""
+    path = os.path.join(folder, f"terrain_{side}.png")
+    if os.path.exists(path):
+        return path
+    waves = [[math.sin(2 * math.pi * f * i / side + f) / f for i in range(side)] for f in (1, 2, 5, 13, 31)]
+    state, rows = 1, []
+    for y in range(side):
+        row = bytearray(b"\0")
+        for x in range(side):
+            state = (state * 1664525 + 1013904223) & 0xffffffff
+            z = sum(w[x] * w[y] for w in waves) / 4 + (state >> 16) / 65536 * 0.004
+            value = int(min(max(0.5 + z, 0), 1) * 65535)
+            row += bytes((value >> 8, value & 255))
+        rows.append(bytes(row))
+
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+    with open(path, "wb") as out:
+        out.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 16, 0, 0, 0, 0)) +
+                  chunk(b"IDAT", zlib.compress(b"".join(rows), 1)) + chunk(b"IEND", b""))
     return path
 
 
@@ -154,7 +180,7 @@ def main():
     parser.add_argument("texel", help="the program")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--threads", type=int, default=0)
-    parser.add_argument("--only", default="*", help="what to run, with * and ?: --version, bunny, bonsai, hedge, lily, sphere")
+    parser.add_argument("--only", default="*", help="what to run, with * and ?: --version, bunny, bonsai, hedge, lily, height, sphere")
     parser.add_argument("--quick", action="store_true", help="nothing above 256 voxels")
     parser.add_argument("--json", help="figures into this file")
     options = parser.parse_args()
@@ -177,6 +203,11 @@ def main():
         for name, source in (("bonsai", bonsai), ("hedge", hedge), ("lily", lily)):
             if bench.wanted(name):
                 plants.append(bench.bake(f"{name} 256 all", source, 256, EVERYTHING))
+        if bench.wanted("height"):
+            bench.bake("height 1024² 256 density,color", terrain(work, 1024), 256, "density,color")
+            bench.bake("height 1024² 256 all", terrain(work, 1024), 256, EVERYTHING)
+            if not options.quick:
+                bench.bake("height 4096² 256 density,color", terrain(work, 4096), 256, "density,color")
         if bench.wanted("bunny") and not options.quick:
             bench.bake("bunny 512 density,color", bunny, 512, "density,color")
             bench.bake("bunny 512 all", bunny, 512, EVERYTHING, 6)
