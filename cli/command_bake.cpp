@@ -90,6 +90,22 @@ double memory_estimate(const Scene& scene, const Settings& settings, const Grid&
   return geometry + cells * kBytesPerCell + crossings * kBytesPerCrossing + (recipe.want.slices ? 4 * slice : 0);
 }
 
+std::string shown(double v) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.9g", v);
+  return buffer;
+}
+
+std::string height_lines(const Scene& scene) {
+  std::string text;
+  for (const HeightField& field : scene.heights) {
+    const std::string kind = field.function ? "noise" : std::to_string(field.width) + " x " + std::to_string(field.height) + " samples";
+    text += "heights     " + field.name + ": " + kind + ", " + shown(field.size.x) + " x " + shown(field.size.y) + ", from " +
+            shown(field.low) + " to " + shown(field.high) + ", solid down to " + shown(field.base) + "\n";
+  }
+  return text;
+}
+
 std::string plan_text(const Scene& scene, const Settings& settings, const Grid& grid, const std::string& fresh) {
   const Recipe& recipe = settings.recipe;
   const Box3d box = grid.box();
@@ -97,17 +113,12 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   const auto line = [&](const std::string& what, const std::string& value) {
     text += what + std::string(what.size() < 12 ? 12 - what.size() : 1, ' ') + value + "\n";
   };
-  const auto number = [](double v) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.9g", v);
-    return std::string(buffer);
-  };
-  const auto corner = [&](const V3d& v) { return "(" + number(v.x) + ", " + number(v.y) + ", " + number(v.z) + ")"; };
+  const auto corner = [&](const V3d& v) { return "(" + shown(v.x) + ", " + shown(v.y) + ", " + shown(v.z) + ")"; };
   if (scene.hypertexture) line("density", hypertexture_name(scene.hypertexture->preset));
   else line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
   if (!scene.implicits.empty()) line("implicit", grouped(static_cast<std::int64_t>(scene.implicits.size())) + (scene.implicits.size() == 1 ? " solid" : " solids"));
   line("box", corner(box.min) + " .. " + corner(box.max));
-  line("grid", size_text(grid.n) + " voxels of " + number(grid.h));
+  line("grid", size_text(grid.n) + " voxels of " + shown(grid.h));
   line("memory", "about " + bytes_text(memory_estimate(scene, settings, grid)));
   if (recipe.want.volume()) line("volume", recipe.want.levels ? "with coarser levels" : "level 0 only");
   else line("volume", "skipped: not wanted");
@@ -117,16 +128,6 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   line("slices", recipe.want.slices && !axes.empty() ? "along " + axes : "skipped: not wanted");
   line("preview", recipe.want.preview ? "yes" : "skipped: not wanted");
   if (!settings.output.empty()) line("pack", settings.output + ": " + fresh);
-  return text;
-}
-
-std::string height_lines(const Scene& scene) {
-  std::string text;
-  for (const HeightField& field : scene.heights) {
-    const std::string kind = field.function ? "noise" : std::to_string(field.width) + " x " + std::to_string(field.height) + " samples";
-    text += "heights     " + field.name + ": " + kind + ", " + number_text(field.size.x) + " x " + number_text(field.size.y) + ", from " +
-            number_text(field.low) + " to " + number_text(field.high) + ", solid down to " + number_text(field.base) + "\n";
-  }
   return text;
 }
 

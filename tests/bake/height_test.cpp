@@ -192,8 +192,10 @@ TEST(HeightMesh, NormalsAreTheBilinearSurfaces) {
     weight += m.covered;
   });
   std::printf("normals of a rough field, voxels against the bilinear surface: mean %.4f degrees, largest %.3f\n", sum / weight, worst);
-  EXPECT_LT(sum / weight, 0.1);
-  EXPECT_LT(worst, 3);
+  // Pieces have a twist of at most a voxel, which keeps a fan within 1/16 voxel of the bilinear surface: so much of a voxel's surface may be
+  // its neighbour's above or below, whose normals are up to a radian away here; most voxels have no such neighbour.
+  EXPECT_LT(worst, 180 / M_PI / 16);
+  EXPECT_LT(sum / weight, 180 / M_PI / 16 / 16);
   EXPECT_GT(weight, 1000);
 }
 
@@ -308,10 +310,10 @@ TEST(PerlinMesh, ColumnsAndNormalsAreTheNoises) {
   EXPECT_EQ(s->plan.statistics.closed, 1);
   const Columns columns = columns_of(*s);
   const Grid& g = s->plan.grid;
-  constexpr int kPoints = 24;
+  constexpr int kPoints = 64;
   double worst_volume = 0, worst_slope = 0;
-  for (int y = 1; y + 1 < g.n.y; y += 3)
-    for (int x = 1; x + 1 < g.n.x; ++x) {
+  for (int y = 2; y + 2 < g.n.y; y += 5)  // the columns before hold walls
+    for (int x = 2; x + 2 < g.n.x; ++x) {
       double mean = 0, dx = 0, dy = 0;
       std::vector<double> px, py, z(kPoints * kPoints);
       for (int k = 0; k < kPoints * kPoints; ++k) {
@@ -336,7 +338,7 @@ TEST(PerlinMesh, ColumnsAndNormalsAreTheNoises) {
       worst_slope = std::max({worst_slope, std::abs(m.x + dx), std::abs(m.y + dy)});
     }
   std::printf("cyclic noise at 64: largest error of a column's volume %.2g voxels, of its mean slope %.2g\n", worst_volume, worst_slope);
-  EXPECT_LT(worst_volume, 5e-5);  // the midpoint rule's own error with 24 points; the field has 5 voxels a lattice cell
+  EXPECT_LT(worst_volume, 5e-5);  // the midpoint rule's own error with 64 points; the field has 5 voxels a lattice cell
   EXPECT_LT(worst_slope, 2e-2);
 }
 
