@@ -7,14 +7,16 @@
 
 #include "formats/error.h"
 #include "formats/expression.h"
+#include "formats/read_volume.h"
 #include "formats/readers.h"
 
 namespace texel {
 namespace {
 
-enum class Format { kUnknown, kObj, kPly, kStl, kOff };
+enum class Format { kUnknown, kObj, kPly, kStl, kOff, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz };
 
-constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off"};
+constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz"};
+constexpr const char* kReadable = ".obj, .ply, .stl, .off, .json, .vdb, .df3, .mhd, .mha, .inr or .inr.gz, or a picture of heights (.png, .tif, .exr)";
 
 std::string small_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -25,8 +27,9 @@ std::string small_extension(const std::string& path) {
 
 Format by_extension(const std::string& path) {
   const std::string extension = small_extension(path);
-  for (int f = 1; f < 5; ++f)
+  for (int f = 1; f < 12; ++f)
     if (extension == kNames[f]) return static_cast<Format>(f);
+  if (extension == ".gz" && small_extension(path.substr(0, path.size() - 3)) == ".inr") return Format::kInrGz;
   return Format::kUnknown;
 }
 
@@ -52,32 +55,63 @@ Format by_content(std::span<const char> bytes) {
   return Format::kUnknown;
 }
 
-Scene read_one(const std::string& path, const HeightOptions& heights, Report& report) {
-  if (std::error_code ec; is_picture(path) && !std::filesystem::is_directory(path, ec)) return read_height(path, heights, report);
+Scene read_mhd_scene(const Input& input, std::optional<double> iso, Report& report) {
+  std::vector<std::unique_ptr<FileBytes>> open;
+  std::vector<std::string> files;
+  const auto load = [&](const std::string& name) {
+    const std::string found = find_beside(input.path, name);
+    if (found.empty()) throw Error(Code::kFile, name, "named by " + input.path + ", is not there", "put it beside the header");
+    files.push_back(found);
+    return open.emplace_back(std::make_unique<FileBytes>(found))->bytes();
+  };
+  Scene scene = volume_scene(read_mhd(input, load, report), iso, input.path);
+  for (const std::string& file : files) add_source(scene, file);
+  return scene;
+}
+
+Scene read_one(const std::string& path, const ReadOptions& options, Report& report) {
+  if (std::error_code ec; is_picture(path) && !std::filesystem::is_directory(path, ec)) return read_height(path, options.heights, report);
   Format format = by_extension(path);
   if (format == Format::kUnknown) {
     const std::string extension = std::filesystem::path(path).extension().string();
     if (std::error_code ec; std::filesystem::is_directory(path, ec)) {
       if (std::filesystem::exists(std::filesystem::path(path) / "manifest.json", ec))
         throw Error(Code::kBadInput, path, "is a pack, not a mesh", "bake it again with --recipe " + path);
-      throw Error(Code::kBadInput, path, "is a folder", "give a mesh file (.obj, .ply, .stl or .off) or a picture of heights");
+      throw Error(Code::kBadInput, path, "is a folder", std::string("give a file: ") + kReadable);
     }
     throw Error(Code::kUnsupported, path, "files of this kind can't be read (" + (extension.empty() ? "no extension" : extension) + ")",
-                "give .obj, .ply, .stl or .off, or a picture of heights (.png, .tif, .exr)");
+                std::string("give ") + kReadable);
+  }
+  const auto with_source = [&](Scene scene, std::size_t bytes) {
+    scene.sources.insert(scene.sources.begin(), {path, {}, static_cast<std::int64_t>(bytes)});
+    return scene;
+  };
+  if (format == Format::kVdb) {
+    const std::size_t bytes = FileBytes(path).bytes().size();  // says so where the file cannot be read at all
+    return with_source(volume_scene(read_vdb(path, report), options.iso, path), bytes);
   }
   const FileBytes file(path);
   const Input input{file.bytes(), path};
-  const Format content = by_content(input.bytes);
+  const Format content = format > Format::kOff ? Format::kUnknown : by_content(input.bytes);
   if (content != Format::kUnknown && content != format) {
     report.issue("wrong-extension", std::string("is a ") + kNames[static_cast<int>(content)] + " file by its first bytes, and was read as such", 1, path);
     format = content;
   }
-  Scene scene = format == Format::kObj   ? read_obj(input, report)
-                : format == Format::kPly ? read_ply(input, report)
-                : format == Format::kStl ? read_stl(input, report)
-                                         : read_off(input, report);
-  scene.sources.insert(scene.sources.begin(), {path, {}, static_cast<std::int64_t>(input.bytes.size())});
-  return scene;
+  const auto read = [&]() -> Scene {
+    switch (format) {
+      case Format::kObj: return read_obj(input, report);
+      case Format::kPly: return read_ply(input, report);
+      case Format::kStl: return read_stl(input, report);
+      case Format::kShape: return read_shape(input, options.iso, report);
+      case Format::kDf3: return volume_scene(read_df3(input, report), options.iso, path);
+      case Format::kMhd:
+      case Format::kMha: return read_mhd_scene(input, options.iso, report);
+      case Format::kInr:
+      case Format::kInrGz: return volume_scene(read_inr(input, report), options.iso, path);
+      default: return read_off(input, report);
+    }
+  };
+  return with_source(read(), input.bytes.size());
 }
 
 template <class T>
@@ -297,7 +331,7 @@ Scene read_scene(std::span<const std::string> paths, const ReadOptions& options,
     else all = std::move(scene);
   };
   for (const std::string& path : paths) {
-    Scene read = read_one(path, options.heights, report);
+    Scene read = read_one(path, options, report);
     if (!read.sources.empty()) read.sources.front().input = true;
     take(std::move(read));
   }

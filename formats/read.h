@@ -7,6 +7,9 @@
 //   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
 //   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
 //   pictures   a height field (docs/inputs.md): .png .tif .tiff .exr .jpg .jpeg .hdr .bmp .tga .pgm .ppm .pnm .pfm .webp .jp2
+//   .json                          x                               texel-shape: an implicit surface (Scene::implicits), as are the following
+//   .vdb                                                           level set or density, through the module texel_vdb
+//   .df3 .mhd .mha .inr .inr.gz                                    samples on a grid
 #include <optional>
 #include <span>
 #include <string>

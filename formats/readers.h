@@ -2,6 +2,8 @@
 // The readers behind read_scene, one per format, and what they share. Each returns one input's own Scene: its mesh, at least one
 // material, textures, and the further files it referred to in `sources` (the input itself is added by the caller).
 // All of them throw Error{kBadInput} and report issues as read.h says; bytes of any kind are safe.
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +26,10 @@ namespace texel {
 [[nodiscard]] Scene make_perlin_field(const HeightOptions& options);
 // The field that stored samples mean; no material. What has no data: samples that are NaN, options.no_data or tags.no_data.
 [[nodiscard]] HeightField make_height_field(Samples samples, const HeightOptions& options, const TiffTags& tags, const std::string& path, Report& report);
+
+// A texel-shape file (docs/inputs.md): blobs, primitives and their combinations as one implicit surface. `iso` beats the file's own.
+// Keys it does not know are refused, with their path in the file.
+[[nodiscard]] Scene read_shape(const Input& input, std::optional<double> iso, Report& report);
 
 // A map line of an .mtl file: the name as written and the options that matter here.
 struct MtlMap {

@@ -314,6 +314,92 @@ void read_level(const std::string& path, std::vector<VdbGrid>& out) {
   });
 }
 
+template <class GridType>
+void take_samples(const GridType& grid, VdbVolume& out) {
+  using Leaf = typename GridType::TreeType::LeafNodeType;
+  static_assert(Leaf::DIM == 8);
+  openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+  if (box.empty()) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has no active voxel");
+  box.expand(1);
+  const openvdb::Coord first(box.min().x() & ~7, box.min().y() & ~7, box.min().z() & ~7);
+  SampleGrid& to = out.grid;
+  to.n = V3i(box.max().x() - first.x() + 1, box.max().y() - first.y() + 1, box.max().z() - first.z() + 1);
+  const V3i blocks = to.block_count();
+  if (static_cast<double>(blocks.x) * blocks.y * blocks.z > double(1 << 27))
+    throw openvdb::ValueError("grid \"" + grid.getName() + "\" reaches over " + std::to_string(to.n.x) + " x " + std::to_string(to.n.y) + " x " + std::to_string(to.n.z) + " voxels, too many");
+  to.outside = static_cast<float>(grid.background());
+  if (!std::isfinite(to.outside)) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has a background that is not a finite number");
+  const auto checked = [&](double v) {
+    if (std::isfinite(static_cast<float>(v))) return static_cast<float>(v);
+    ++out.bad;
+    return to.outside;
+  };
+  const auto accessor = grid.getConstAccessor();
+  for (int z = 0; z < blocks.z; ++z)
+    for (int y = 0; y < blocks.y; ++y)
+      for (int x = 0; x < blocks.x; ++x) {
+        const openvdb::Coord at = first + openvdb::Coord(x * 8, y * 8, z * 8);
+        const Leaf* leaf = accessor.template probeConstNode<Leaf>(at);
+        if (!leaf) {
+          to.blocks.push_back(~static_cast<std::int32_t>(to.constants.size()));
+          to.constants.push_back(checked(static_cast<double>(accessor.getValue(at))));
+          continue;
+        }
+        const std::size_t base = to.data.size();
+        to.blocks.push_back(static_cast<std::int32_t>(base / 512));
+        to.data.resize(base + 512);
+        const auto* values = leaf->buffer().data();
+        for (std::size_t i = 0; i < 512; ++i)  // OpenVDB runs along z first
+          to.data[base + ((i >> 6) | (i & 0x38) | (i & 7) << 6)] = checked(static_cast<double>(values[i]));
+      }
+  const auto& transform = grid.constTransform();
+  if (!transform.isLinear()) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has a map that is not linear");
+  const auto world = [&](double i, double j, double k) {
+    const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(first.x() + i, first.y() + j, first.z() + k));
+    return V3d(p.x(), p.y(), p.z());
+  };
+  to.origin = world(0, 0, 0);
+  for (int a = 0; a < 3; ++a) to.step[a] = world(a == 0, a == 1, a == 2) - to.origin;
+  const double volume = to.step[0].dot(to.step[1].cross(to.step[2]));
+  if (!std::isfinite(volume) || volume == 0) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has a map that squeezes space flat");
+}
+
+std::string kind_of(const openvdb::GridBase& grid) {
+  const std::string type = grid.type(), value = grid.valueType();
+  if (type.find("ptdata") != std::string::npos || value.find("ptdata") != std::string::npos) return "points";
+  if (value.find("vec") != std::string::npos) return "vectors";
+  return value;
+}
+
+std::string take_volume(const std::string& path, VdbVolume& out) {
+  openvdb::io::File file(path);
+  file.open(/*delayLoad=*/false);
+  std::string wanted, refused;
+  std::int64_t usable = 0;
+  for (auto name = file.beginName(); name != file.endName(); ++name) {
+    const openvdb::GridBase::Ptr head = file.readGridMetadata(*name);
+    const std::string value = head ? head->valueType() : std::string();
+    if (value == "float" || value == "double") {
+      ++usable;
+      if (wanted.empty() || (*name == "density" && wanted != "density")) wanted = *name;  // a pack's volume has eight more
+    } else {
+      refused += (refused.empty() ? "" : ", ") + std::string("grid \"") + *name + "\" holds " + (head ? kind_of(*head) : "nothing");
+    }
+  }
+  if (wanted.empty()) {
+    out.unsupported = !refused.empty();
+    return refused.empty() ? "holds no grid" : refused + ", which cannot be baked";
+  }
+  const openvdb::GridBase::Ptr grid = file.readGrid(wanted);
+  out.name = wanted;
+  out.others = usable - 1;
+  out.level_set = grid->getGridClass() == openvdb::GRID_LEVEL_SET;
+  if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) take_samples(*floats, out);
+  else if (const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid)) take_samples(*doubles, out);
+  else return "grid \"" + wanted + "\" is of a tree that is not read";
+  return {};
+}
+
 // One line, whatever the library says.
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -350,8 +436,20 @@ std::string read(const std::string& path, std::vector<VdbGrid>* grids) {
   }
 }
 
+std::string read_volume(const std::string& path, VdbVolume* volume) {
+  try {
+    openvdb::initialize();
+    *volume = {};
+    return take_volume(path, *volume);
+  } catch (const std::exception& e) {
+    return one_line(e.what());
+  } catch (...) {
+    return one_line({});
+  }
+}
+
 }  // namespace
 
-extern "C" __attribute__((visibility("default"))) const VdbFunctions texel_vdb_functions{kVdbModuleVersion, write, read};
+extern "C" __attribute__((visibility("default"))) const VdbFunctions texel_vdb_functions{kVdbModuleVersion, write, read, read_volume};
 
 }  // namespace texel

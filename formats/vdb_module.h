@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/grid_field.h"
 #include "formats/pack.h"
 
 namespace texel {
@@ -27,7 +28,17 @@ struct VdbGrid {
   V3d origin{0, 0, 0};            // world position of the lowest corner of voxel (0,0,0); when linear
 };
 
-inline constexpr int kVdbModuleVersion = 2;
+// A grid as a function to bake: its samples, tiles and all, over the box of its active voxels and one more around.
+struct VdbVolume {
+  SampleGrid grid;
+  std::string name;
+  bool level_set = false;         // signed distance, negative inside; else a density
+  bool unsupported = false;       // why it was refused: a kind of grid that is not read
+  std::int64_t others = 0;        // further grids in the file
+  std::int64_t bad = 0;           // samples that are not finite: the background stands for them
+};
+
+inline constexpr int kVdbModuleVersion = 3;
 inline constexpr const char* kVdbSymbol = "texel_vdb_functions";
 
 struct VdbFunctions {
@@ -37,6 +48,8 @@ struct VdbFunctions {
   std::string (*write)(const VdbWriteJob& job, bool* disk_full);
   // Reads every grid, in the file's order. Tiles other than 8³ are refused: no writer of ours makes them.
   std::string (*read)(const std::string& path, std::vector<VdbGrid>* grids);
+  // The first grid of floats or doubles. Points, vectors and whole numbers are refused, and maps that are not linear.
+  std::string (*read_volume)(const std::string& path, VdbVolume* volume);
 };
 
 inline constexpr int kVdbUuidOffset = 21, kVdbUuidLength = 36;

@@ -19,6 +19,7 @@ LIBRARIES = {
     "CLI11": r"CLI/",
     "nlohmann-json": r"nlohmann/",
     "OpenSSL": r"openssl/",
+    "zlib": r"zlib\.h$",
 }
 
 
