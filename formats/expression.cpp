@@ -127,19 +127,16 @@ class Parser {
   }
   // −x^2 is −(x²), as in mathematics; x^−2 and x^y^z = x^(y^z) work too.
   Node signed_power() {
-    const Deeper deeper(*this);
+    bool negative = false;
+    for (skip_space(); peek() == '-' || peek() == '+'; skip_space()) negative = negative != (text_[at_++] == '-');
+    Node value = primary();
     skip_space();
-    const char c = peek();
-    if (c == '-' || c == '+') {
+    if (peek() == '^') {
+      const Deeper deeper(*this);
       ++at_;
-      const Node value = signed_power();
-      return c == '-' ? build_.unary(Op::kNegate, value) : value;
+      value = build_.binary(Op::kPower, value, signed_power());
     }
-    const Node base = primary();
-    skip_space();
-    if (peek() != '^') return base;
-    ++at_;
-    return build_.binary(Op::kPower, base, signed_power());
+    return negative ? build_.unary(Op::kNegate, value) : value;
   }
   Node primary() {
     skip_space();
