@@ -27,8 +27,9 @@ class ShapeReader {
   explicit ShapeReader(const std::string& file) : file_(file) {}
 
   Scene read(const Json& root, std::optional<double> iso) {
+    if (!root.is_object() || !root.contains("format") || root.at("format") != "texel-shape")
+      fail("", "is not a shape: its \"format\" is not \"texel-shape\"", "a recipe is given by --recipe");
     check_keys(root, "", {"format", "version", "iso", "box", "material", "shape"});
-    if (!root.contains("format") || root.at("format") != "texel-shape") fail("/format", "is not \"texel-shape\"", "only shape files are read as .json");
     if (root.contains("version") && root.at("version") != 1) fail("/version", "is " + shown(root.at("version")), "this program reads version 1");
     if (!root.contains("shape")) fail("", "has no \"shape\"", "see docs/inputs.md");
     const Point point{{build_.coordinate(0), build_.coordinate(1), build_.coordinate(2)}};

@@ -127,6 +127,12 @@ void set_spacing(SampleGrid& grid, const V3d& spacing, const std::string& where)
   }
 }
 
+void set_origin(SampleGrid& grid, const V3d& origin, const std::string& where) {
+  for (int a = 0; a < 3; ++a)
+    if (!(std::abs(origin[a]) < 1e30)) fail(where, "the first sample lies at " + std::to_string(origin[a]), "give numbers below 1e30");
+  grid.origin = origin;
+}
+
 }  // namespace
 
 Volume read_df3(const Input& input, Report& report) {
@@ -205,7 +211,7 @@ Volume read_inr(const Input& input, Report& report) {
   Volume v;
   v.grid = samples_of(samples, n, type, 1, input.path, report);
   set_spacing(v.grid, spacing, input.path);
-  v.grid.origin = origin;
+  set_origin(v.grid, origin, input.path);
   return v;
 }
 
@@ -283,7 +289,7 @@ Volume read_mhd(const Input& input, const LoadBytes& load, Report& report) {
   }
   v.grid = samples_of(bytes, n, type, 1, input.path, report);
   set_spacing(v.grid, spacing, input.path);
-  v.grid.origin = origin;
+  set_origin(v.grid, origin, input.path);
   if (const Header::Line* l = header.find({"TransformMatrix", "Rotation", "Orientation"})) {  // rows: the world directions of the indices
     const std::vector<double> m = header.numbers(*l, 9);
     for (std::size_t a = 0; a < 3; ++a) {

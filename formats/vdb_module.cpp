@@ -319,16 +319,16 @@ void take_samples(const GridType& grid, VdbVolume& out) {
   using Leaf = typename GridType::TreeType::LeafNodeType;
   static_assert(Leaf::DIM == 8);
   openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
-  if (box.empty()) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has no active voxel");
+  if (box.empty()) throw std::runtime_error("grid \"" + grid.getName() + "\" has no active voxel");
   box.expand(1);
   const openvdb::Coord first(box.min().x() & ~7, box.min().y() & ~7, box.min().z() & ~7);
   SampleGrid& to = out.grid;
   to.n = V3i(box.max().x() - first.x() + 1, box.max().y() - first.y() + 1, box.max().z() - first.z() + 1);
   const V3i blocks = to.block_count();
   if (static_cast<double>(blocks.x) * blocks.y * blocks.z > double(1 << 27))
-    throw openvdb::ValueError("grid \"" + grid.getName() + "\" reaches over " + std::to_string(to.n.x) + " x " + std::to_string(to.n.y) + " x " + std::to_string(to.n.z) + " voxels, too many");
+    throw std::runtime_error("grid \"" + grid.getName() + "\" reaches over " + std::to_string(to.n.x) + " x " + std::to_string(to.n.y) + " x " + std::to_string(to.n.z) + " voxels, too many");
   to.outside = static_cast<float>(grid.background());
-  if (!std::isfinite(to.outside)) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has a background that is not a finite number");
+  if (!std::isfinite(to.outside)) throw std::runtime_error("grid \"" + grid.getName() + "\" has a background that is not a finite number");
   const auto checked = [&](double v) {
     if (std::isfinite(static_cast<float>(v))) return static_cast<float>(v);
     ++out.bad;
@@ -353,7 +353,7 @@ void take_samples(const GridType& grid, VdbVolume& out) {
           to.data[base + ((i >> 6) | (i & 0x38) | (i & 7) << 6)] = checked(static_cast<double>(values[i]));
       }
   const auto& transform = grid.constTransform();
-  if (!transform.isLinear()) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has a map that is not linear");
+  if (!transform.isLinear()) throw std::runtime_error("grid \"" + grid.getName() + "\" has a map that is not linear");
   const auto world = [&](double i, double j, double k) {
     const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(first.x() + i, first.y() + j, first.z() + k));
     return V3d(p.x(), p.y(), p.z());
@@ -361,7 +361,7 @@ void take_samples(const GridType& grid, VdbVolume& out) {
   to.origin = world(0, 0, 0);
   for (int a = 0; a < 3; ++a) to.step[a] = world(a == 0, a == 1, a == 2) - to.origin;
   const double volume = to.step[0].dot(to.step[1].cross(to.step[2]));
-  if (!std::isfinite(volume) || volume == 0) throw openvdb::ValueError("grid \"" + grid.getName() + "\" has a map that squeezes space flat");
+  if (!std::isfinite(volume) || volume == 0) throw std::runtime_error("grid \"" + grid.getName() + "\" has a map that squeezes space flat");
 }
 
 std::string kind_of(const openvdb::GridBase& grid) {

@@ -246,13 +246,6 @@ void write_parts(const Pack& pack, const fs::path& target, const StagingFolder& 
 
 }  // namespace
 
-const VdbFunctions& vdb_functions() {
-  const auto* table = static_cast<const VdbFunctions*>(module_symbol("texel_vdb", kVdbSymbol));
-  if (table->version != kVdbModuleVersion)
-    throw Error(Code::kUnsupported, "texel_vdb.so", "is of version " + std::to_string(table->version) + ", not " + std::to_string(kVdbModuleVersion), "reinstall texel");
-  return *table;
-}
-
 FileRecord record_file(const fs::path& folder, const std::string& name) {
   FileRecord record{.file = name, .sha256 = {}};
   record.sha256 = file_sha256((folder / name).string(), &record.bytes);

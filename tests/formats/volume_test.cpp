@@ -306,8 +306,8 @@ TEST(Shapes, BoundsAndMaterial) {
 
 TEST(Shapes, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(shape_fault("{\n\n,"), "3 s.json:3: is not JSON; a shape is {\"format\": \"texel-shape\", \"shape\": {...}}");
-  EXPECT_EQ(shape_fault("[]"), "3 s.json: / is []; expected an object");
-  EXPECT_EQ(shape_fault("{}"), "3 s.json: /format is not \"texel-shape\"; only shape files are read as .json");
+  EXPECT_EQ(shape_fault("[]"), "3 s.json: is not a shape: its \"format\" is not \"texel-shape\"; a recipe is given by --recipe");
+  EXPECT_EQ(shape_fault("{}"), "3 s.json: is not a shape: its \"format\" is not \"texel-shape\"; a recipe is given by --recipe");
   EXPECT_EQ(shape_fault(R"({"format": "texel-shape"})"), "3 s.json: has no \"shape\"; see docs/inputs.md");
   EXPECT_EQ(shape_fault(R"({"format": "texel-shape", "version": 2})"), "3 s.json: /version is 2; this program reads version 1");
   EXPECT_EQ(shape_fault(R"({"format": "texel-shape", "colour": 1})"), "3 s.json: /\"colour\" is an unknown key; known: format, version, iso, box, material, shape");

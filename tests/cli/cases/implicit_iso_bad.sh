@@ -1,0 +1,1 @@
+texel bake --implicit "x" --iso high -o x.texel

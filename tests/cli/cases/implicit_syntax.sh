@@ -1,0 +1,1 @@
+texel bake --implicit "1 - lenght(x, y, z)" -o x.texel

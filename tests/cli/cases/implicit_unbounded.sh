@@ -1,0 +1,1 @@
+texel bake --implicit "sin(x) + cos(y)" -o x.texel

@@ -1,0 +1,2 @@
+echo "{\"format\": " > s.json
+texel bake s.json -o x.texel

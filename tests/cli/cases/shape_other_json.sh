@@ -1,0 +1,1 @@
+texel bake "$DATA/small.json" -o x.texel

@@ -1,0 +1,2 @@
+echo nothing > v.vdb
+texel bake v.vdb -o x.texel

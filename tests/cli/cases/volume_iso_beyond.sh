@@ -1,0 +1,2 @@
+printf "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n01234567" > v.mha
+texel bake v.mha --iso 100 -o x.texel
