@@ -366,6 +366,8 @@ Scene read_shape(const Input& input, std::optional<double> iso, Report&) {
   } catch (const Json::parse_error& error) {
     const auto end = input.bytes.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(error.byte, input.bytes.size()));
     throw Error(Code::kBadInput, input.path + ":" + std::to_string(1 + std::count(input.bytes.begin(), end, '\n')), "is not JSON", "a shape is {\"format\": \"texel-shape\", \"shape\": {...}}");
+  } catch (const Json::out_of_range&) {
+    throw Error(Code::kBadInput, input.path, "holds a number too large to compute with", "the largest is about 1e100");
   }
   return ShapeReader(input.path).read(root, iso);
 }

@@ -21,7 +21,7 @@ void write(const std::string& path, openvdb::GridPtrVec grids) {
 }
 Scene read(const std::string& path, std::optional<double> iso = {}) {
   Report report;
-  return read_scene(std::span(&path, 1), {"", iso}, report);
+  return read_scene(std::span(&path, 1), {.implicit = "", .iso = iso, .heights = {}}, report);
 }
 std::string fault(const std::string& path, std::optional<double> iso = {}) {
   try {

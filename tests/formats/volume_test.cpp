@@ -216,7 +216,7 @@ TEST(RawVolumes, FilesOfTheDataFolder) {
   const auto read = [&](const char* name, double iso) {
     Report report;
     const std::string path = folder + name;
-    const Scene scene = read_scene(std::span(&path, 1), {"", iso}, report);
+    const Scene scene = read_scene(std::span(&path, 1), {.implicit = "", .iso = iso, .heights = {}}, report);
     EXPECT_EQ(scene.implicits.size(), 1u);
     EXPECT_TRUE(report.issues.empty()) << name;
     return scene;
@@ -307,6 +307,7 @@ TEST(Shapes, BoundsAndMaterial) {
 TEST(Shapes, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(shape_fault("{\n\n,"), "3 s.json:3: is not JSON; a shape is {\"format\": \"texel-shape\", \"shape\": {...}}");
   EXPECT_EQ(shape_fault("[]"), "3 s.json: is not a shape: its \"format\" is not \"texel-shape\"; a recipe is given by --recipe");
+  EXPECT_EQ(shape_fault("{\"iso\": 1e999}"), "3 s.json: holds a number too large to compute with; the largest is about 1e100");
   EXPECT_EQ(shape_fault("{}"), "3 s.json: is not a shape: its \"format\" is not \"texel-shape\"; a recipe is given by --recipe");
   EXPECT_EQ(shape_fault(R"({"format": "texel-shape"})"), "3 s.json: has no \"shape\"; see docs/inputs.md");
   EXPECT_EQ(shape_fault(R"({"format": "texel-shape", "version": 2})"), "3 s.json: /version is 2; this program reads version 1");
