@@ -124,7 +124,6 @@ void replace_uuid(const std::string& path, const Progress& progress) {
 LevelRecord write_level(const Level& level, int number, const fs::path& folder, const WriteOptions& options, const Progress& progress) {
   LevelRecord record;
   record.grid = level.grid;
-  record.active = active_voxels(level);
   VdbWriteJob job{.path = (folder / level_file(number)).string(), .level = &level, .number = number, .half = {}, .go_on = {}};
   std::exception_ptr stopped;  // may not pass through the module
   job.go_on = [&] {
@@ -141,8 +140,12 @@ LevelRecord write_level(const Level& level, int number, const fs::path& folder, 
       record.grids.push_back({c.name, c.components, stored_as_half(c, options), active});
       job.half.push_back(record.grids.back().half);
     }
+  const VdbFunctions& vdb = vdb_functions();
+  tbb::task_group counting;  // beside the last, largest grid's compression, which one thread does
+  counting.run([&] { record.active = active_voxels(level); });
   bool full = false;
-  const std::string why = vdb_functions().write(job, &full);
+  const std::string why = vdb.write(job, &full);
+  counting.wait();
   if (stopped) std::rethrow_exception(stopped);
   if (!why.empty()) fail_writing(job.path, full, why);
   replace_uuid(job.path, progress);
