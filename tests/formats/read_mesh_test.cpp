@@ -222,7 +222,7 @@ TEST(Read, ByExtensionAndContent) {
     const std::string path = folder.write(name, "x");
     const std::string error = error_of([&] { (void)read_scene(path, report); });
     EXPECT_EQ(error.substr(0, 3 + path.size()), "5: " + path);
-    EXPECT_NE(error.find(".obj, .ply, .stl or .off"), std::string::npos);
+    EXPECT_NE(error.find(".obj, .ply, .stl, .off"), std::string::npos) << error;
   }
   EXPECT_EQ(error_of([&] { (void)read_scene(folder.file("none.obj"), report); }).substr(0, 2), "2:");
 }
