@@ -134,10 +134,12 @@ void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob
 struct Watch {
   const std::function<bool()>& go_on;
   std::mutex one_at_a_time;
+  bool stopped = false;  // once told to, nobody asks again
   void ask() {
     if (!go_on) return;
     const std::lock_guard lock(one_at_a_time);
-    if (!go_on()) throw std::runtime_error("stopped");
+    stopped = stopped || !go_on();
+    if (stopped) throw std::runtime_error("stopped");
   }
 };
 
@@ -200,7 +202,7 @@ void write_level(const VdbWriteJob& job) {
   std::vector<Source> sources;
   for (const Layer& layer : job.level->layers)
     for (const Channel& channel : layer.channels) sources.push_back({&layer, &channel});
-  Watch watch{job.go_on, {}};
+  Watch watch{.go_on = job.go_on, .one_at_a_time = {}};
   std::string head = file_of({}, watch);  // ends with the number of grids
   std::vector<std::string> grids(sources.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1), [&](const auto& range) {
