@@ -12,17 +12,11 @@ namespace {
 
 bool before(const V3i& a, const V3i& b) { return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x; }
 
-int bits_of(const Block& b) {
-  int bits = 0;
-  for (const std::uint64_t word : b.mask) bits += __builtin_popcountll(word);
-  return bits;
-}
-
 void number(VoxelSet& set) {
   set.count = 0;
   for (Block& b : set.blocks) {
     b.first = set.count;
-    set.count += bits_of(b);
+    set.count += count_voxels(b.mask);
   }
 }
 
@@ -100,7 +94,7 @@ Colored grow(const Colored& from, const Grid& grid) {
   });
   Colored to;
   for (const Block& b : candidates)
-    if (bits_of(b) > 0) to.set.blocks.push_back(b);
+    if (count_voxels(b.mask) > 0) to.set.blocks.push_back(b);
   number(to.set);
   if (from.color.empty()) return to;
   to.color.resize(static_cast<std::size_t>(to.set.count));
@@ -156,7 +150,7 @@ Colored own_colors(const Surface& surface) {
       for_each_covered(b, [&](std::size_t, std::uint64_t, std::size_t i) { own.color[to++] = surface.mean_color(i); });
     });
   }
-  std::erase_if(blocks, [](const Block& b) { return bits_of(b) == 0; });
+  std::erase_if(blocks, [](const Block& b) { return count_voxels(b.mask) == 0; });
   return own;
 }
 
@@ -165,7 +159,7 @@ std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, con
   std::vector<V3f> mean(index.slots.size(), V3f(-1, -1, -1));
   for (const Block& b : grown.set.blocks) {
     V3f sum(0, 0, 0);
-    const int bits = bits_of(b);
+    const int bits = count_voxels(b.mask);
     for (int k = 0; k < bits; ++k) sum += grown.color[static_cast<std::size_t>(b.first + k)];
     mean[index.place(b.at)] = sum / static_cast<float>(bits);
   }

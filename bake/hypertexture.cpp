@@ -321,39 +321,15 @@ struct Sampler {
   }
 };
 
-int bits_of(const std::array<std::uint64_t, 8>& mask) {
-  int bits = 0;
-  for (const std::uint64_t word : mask) bits += __builtin_popcountll(word);
-  return bits;
-}
-
 // Bricks in order -> one level-0 surface and what is seen of it.
 void join(std::vector<Brick>& bricks, const V3i& n, Surface& surface, Visibility& seen) {
   for (int z = 0; z < n.z; ++z)
     for (int y = 0; y < n.y; ++y)
       for (int x = 0; x < n.x; ++x) {
         Brick& brick = bricks[(static_cast<std::size_t>(z) * static_cast<std::size_t>(n.y) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(n.x) + static_cast<std::size_t>(x)];
-        if (const int inside = bits_of(brick.inside); inside > 0) {
-          seen.inside_count += inside;
-          if (inside == 512) {
-            seen.inside_blocks.push_back(V3i(x, y, z));
-          } else {
-            Block block;
-            block.at = V3i(x, y, z);
-            block.mask = brick.inside;
-            block.first = seen.inside.count;
-            seen.inside.count += inside;
-            seen.inside.blocks.push_back(block);
-          }
-        }
-        const int border = bits_of(brick.border);
-        if (border == 0) continue;
-        Block block;
-        block.at = V3i(x, y, z);
-        block.mask = brick.border;
-        block.first = surface.set.count;
-        surface.set.count += border;
-        surface.set.blocks.push_back(block);
+        add_inside(V3i(x, y, z), brick.inside, seen);
+        if (count_voxels(brick.border) == 0) continue;
+        surface.set.add(V3i(x, y, z), brick.border);
         const auto append = [](auto& to, auto& from) {
           to.insert(to.end(), from.begin(), from.end());
           from = {};
@@ -365,18 +341,6 @@ void join(std::vector<Brick>& bricks, const V3i& n, Surface& surface, Visibility
         append(seen.solid, brick.solid);
         for (std::size_t a = 0; a < 3; ++a) append(seen.alpha[a], brick.alpha[a]);
       }
-}
-
-template <class Call>
-void for_each_voxel(const VoxelSet& set, Call&& call) {
-  for (const Block& b : set.blocks) {
-    std::int64_t index = b.first;
-    for (int x = 0; x < 8; ++x)
-      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
-        const int bit = __builtin_ctzll(word);
-        call(V3i(b.at.x * 8 + x, b.at.y * 8 + (bit >> 3), b.at.z * 8 + (bit & 7)), index++);
-      }
-  }
 }
 
 // Shares of the columns that pass a cube of 2^k level-0 voxels a side, k >= 3: (v, u) of each axis. Empty: all or none pass, by `kind`.

@@ -17,18 +17,6 @@ std::int64_t find(const VoxelSet& set, const BlockIndex& index, const V3i& voxel
   return block.has(voxel.x & 7, voxel.y & 7, voxel.z & 7) ? block.index(voxel.x & 7, voxel.y & 7, voxel.z & 7) : -1;
 }
 
-template <class Call>
-void for_each_voxel(const VoxelSet& set, Call&& call) {
-  for (const Block& b : set.blocks) {
-    std::int64_t index = b.first;
-    for (int x = 0; x < 8; ++x)
-      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
-        const int bit = __builtin_ctzll(word);
-        call(V3i(b.at.x * 8 + x, b.at.y * 8 + (bit >> 3), b.at.z * 8 + (bit & 7)), index++);
-      }
-  }
-}
-
 // One block of children, 2×2×2 bits into one where all eight are set, into its octant of the parent.
 void merge_mask(const std::array<std::uint64_t, 8>& child, const V3i& octant, std::array<std::uint64_t, 8>& parent) {
   for (int x = 0; x < 4; ++x) {
@@ -61,15 +49,8 @@ void merge_inside(const Visibility& fine, const V3i& coarse_voxels, Visibility& 
   for (const V3i& at : fine.inside_blocks) merge(at, full);
   for (const std::int32_t s : slot) {
     if (s < 0) continue;
-    Block& b = parents[static_cast<std::size_t>(s)];
-    int bits = 0;
-    for (const std::uint64_t word : b.mask) bits += __builtin_popcountll(word);
-    coarse.inside_count += bits;
-    if (bits == 512) coarse.inside_blocks.push_back(b.at);
-    if (bits == 0 || bits == 512) continue;
-    b.first = coarse.inside.count;
-    coarse.inside.count += bits;
-    coarse.inside.blocks.push_back(b);
+    const Block& b = parents[static_cast<std::size_t>(s)];
+    add_inside(b.at, b.mask, coarse);
   }
 }
 

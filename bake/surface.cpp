@@ -243,11 +243,7 @@ Surface pack_layer(const Layer8& layer, const V3i& blocks, int bz, const Surface
       const std::int32_t slot = layer.slot[static_cast<std::size_t>(by) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(bx)];
       if (slot < 0) continue;
       order.push_back(slot);
-      Block& block = part.set.blocks.emplace_back();
-      block.at = V3i(bx, by, bz);
-      block.mask = layer.blocks[static_cast<std::size_t>(slot)].mask;
-      block.first = part.set.count;
-      for (const std::uint64_t word : block.mask) part.set.count += __builtin_popcountll(word);
+      part.set.add(V3i(bx, by, bz), layer.blocks[static_cast<std::size_t>(slot)].mask);
     }
   const auto count = static_cast<std::size_t>(part.set.count);
   part.areas = packed(layer, order, count, &DenseBlock::areas);
@@ -346,13 +342,9 @@ Surface coarser(const Surface& fine) {
     for (int y = 0; y < n.y; ++y)
       for (int x = 0; x < n.x; ++x) {
         Block& b = parents[parent_of(V3i(2 * x, 2 * y, 2 * z))];
-        int bits = 0;
-        for (const std::uint64_t word : b.mask) bits += __builtin_popcountll(word);
-        if (bits == 0) continue;
-        b.at = V3i(x, y, z);
+        if (count_voxels(b.mask) == 0) continue;
         b.first = result.set.count;
-        result.set.count += bits;
-        result.set.blocks.push_back(b);
+        result.set.add(V3i(x, y, z), b.mask);
       }
   result.one_color = fine.one_color;
   result.areas.resize(static_cast<std::size_t>(result.set.count));

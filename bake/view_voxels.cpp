@@ -94,7 +94,7 @@ VoxelField::VoxelField(const Level& level, const std::string& name, int componen
   for (std::size_t i = 0; good && i < layer->set.blocks.size(); ++i) {
     const Block& block = layer->set.blocks[i];
     good = block.first == count && inside(block.at, blocks_);
-    for (const std::uint64_t word : block.mask) count += std::popcount(word);
+    count += count_voxels(block.mask);
     if (good) slots_[place(block.at, blocks_)] = static_cast<std::int32_t>(i) + 1;
   }
   for (std::size_t i = 0; good && i < layer->tiles.size(); ++i) {

@@ -338,14 +338,8 @@ void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surfa
       }
   for (std::size_t place = 0; place < slot.size(); ++place) {
     if (slot[place] < 0) continue;
-    Block& block = all.blocks[static_cast<std::size_t>(slot[place])];
-    int bits = 0;
-    for (const std::uint64_t word : block.mask) bits += __builtin_popcountll(word);
-    out.inside_count += bits;
-    if (bits == 512) { out.inside_blocks.push_back(block.at); continue; }
-    block.first = out.inside.count;
-    out.inside.count += bits;
-    out.inside.blocks.push_back(block);
+    const Block& block = all.blocks[static_cast<std::size_t>(slot[place])];
+    add_inside(block.at, block.mask, out);
   }
 }
 

@@ -20,6 +20,14 @@ struct Visibility {
   std::int64_t inside_count = 0;                // voxels of both
 };
 
+// Adds the voxels of a block that are inside, as voxels or whole. Blocks come sorted by (z, y, x).
+inline void add_inside(const V3i& at, const std::array<std::uint64_t, 8>& mask, Visibility& to) {
+  const int count = count_voxels(mask);
+  to.inside_count += count;
+  if (count == 512) to.inside_blocks.push_back(at);
+  else if (count > 0) to.inside.add(at, mask);
+}
+
 struct VisibilityOptions {
   std::array<bool, 3> volume_axes{true, true, true};  // bundles whose volume sums are wanted
   std::array<bool, 3> slice_axes{true, true, true};

@@ -38,6 +38,8 @@ Json parse(const fs::path& path) {
   } catch (const Json::parse_error& error) {
     throw Error(Code::kCommandLine, path.string() + ":" + std::to_string(line_of(text, error.byte)), "is not JSON",
                 "a recipe is an object of options, e.g. {\"resolution\": 64}");
+  } catch (const Json::out_of_range&) {
+    throw Error(Code::kCommandLine, path.string(), "has a number beyond what a double holds", "the largest is about 1.8e308");
   }
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/color_ramp.h"
 #include "formats/solid_textures.h"
 
 namespace texel {
@@ -314,18 +315,6 @@ class Density : public Field {
   std::vector<double> hair_;
 };
 
-// Piecewise linear colours over [0, 1].
-struct Stop { double at; V3f color; };
-V3f ramp(std::span<const Stop> stops, double t) {
-  if (!(t > stops.front().at)) return stops.front().color;
-  for (std::size_t i = 1; i < stops.size(); ++i)
-    if (t < stops[i].at) {
-      const auto s = static_cast<float>((t - stops[i - 1].at) / (stops[i].at - stops[i - 1].at));
-      return stops[i - 1].color * (1 - s) + stops[i].color * s;
-    }
-  return stops.back().color;
-}
-
 class PresetColor : public SolidTexture {
  public:
   explicit PresetColor(const Hypertexture& h)
@@ -342,34 +331,34 @@ class PresetColor : public SolidTexture {
         case HypertexturePreset::kFog: std::fill_n(to, count, V3f(0.8f)); break;
         case HypertexturePreset::kOctaves: source_->colors(count, px, py, pz, nullptr, width, to); break;
         case HypertexturePreset::kEroded: {
-          static constexpr Stop kStone[] = {{0, {0.12f, 0.085f, 0.06f}}, {0.45, {0.30f, 0.22f, 0.15f}}, {0.7, {0.45f, 0.36f, 0.26f}}, {1, {0.62f, 0.55f, 0.45f}}};
+          static constexpr ColorStop kStone[] = {{0, {0.12f, 0.085f, 0.06f}}, {0.45, {0.30f, 0.22f, 0.15f}}, {0.7, {0.45f, 0.36f, 0.26f}}, {1, {0.62f, 0.55f, 0.45f}}};
           octaves.frequency *= 2;
           octaves.seed += 7;
           octave_values(octaves, count, px, py, pz, v.data());
-          for (std::size_t i = 0; i < count; ++i) to[i] = ramp(kStone, 0.5 + v[i]);
+          for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kStone, 0.5 + v[i]);
           break;
         }
         case HypertexturePreset::kFire: {
           // By how deep in the soft region: dark red smoke at the rim, white in the middle.
-          static constexpr Stop kHeat[] = {{0, {0.25f, 0.01f, 0.0f}}, {0.35, {0.8f, 0.08f, 0.005f}}, {0.7, {1.0f, 0.32f, 0.02f}}, {1.3, {1.0f, 0.72f, 0.18f}}, {2.2, {1.0f, 0.95f, 0.7f}}};
+          static constexpr ColorStop kHeat[] = {{0, {0.25f, 0.01f, 0.0f}}, {0.35, {0.8f, 0.08f, 0.005f}}, {0.7, {1.0f, 0.32f, 0.02f}}, {1.3, {1.0f, 0.72f, 0.18f}}, {2.2, {1.0f, 0.95f, 0.7f}}};
           octaves.turbulence = true;
           base_->values(count, px, py, pz, f.data());
           for (std::size_t i = 0; i < count; ++i) raised[i] = pz[i] * kUpdraft;
           octave_values(octaves, count, px, py, raised.data(), v.data());
-          for (std::size_t i = 0; i < count; ++i) to[i] = ramp(kHeat, (f[i] - h_.iso + h_.amount * v[i]) / h_.softness);
+          for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kHeat, (f[i] - h_.iso + h_.amount * v[i]) / h_.softness);
           break;
         }
         case HypertexturePreset::kMarble: {
-          static constexpr Stop kVeins[] = {{0, {0.08f, 0.09f, 0.12f}}, {0.35, {0.35f, 0.36f, 0.38f}}, {0.7, {0.78f, 0.77f, 0.74f}}, {1, {0.88f, 0.87f, 0.84f}}};
+          static constexpr ColorStop kVeins[] = {{0, {0.08f, 0.09f, 0.12f}}, {0.35, {0.35f, 0.36f, 0.38f}}, {0.7, {0.78f, 0.77f, 0.74f}}, {1, {0.88f, 0.87f, 0.84f}}};
           octaves.turbulence = true;
           octave_values(octaves, count, px, py, pz, v.data());
           const double detail = octave_weight(1 / h_.frequency, width);
           for (std::size_t i = 0; i < count; ++i)
-            to[i] = ramp(kVeins, 0.5 + 0.5 * detail * std::sin(2 * M_PI * (h_.frequency * px[i] + h_.amount * v[i])));
+            to[i] = color_ramp(kVeins, 0.5 + 0.5 * detail * std::sin(2 * M_PI * (h_.frequency * px[i] + h_.amount * v[i])));
           break;
         }
         case HypertexturePreset::kFur: {
-          static constexpr Stop kCoat[] = {{0, {0.10f, 0.045f, 0.02f}}, {0.5, {0.33f, 0.17f, 0.075f}}, {1, {0.62f, 0.42f, 0.22f}}};
+          static constexpr ColorStop kCoat[] = {{0, {0.10f, 0.045f, 0.02f}}, {0.5, {0.33f, 0.17f, 0.075f}}, {1, {0.62f, 0.42f, 0.22f}}};
           base_->gradients(count, px, py, pz, f.data(), g[0].data(), g[1].data(), g[2].data());
           for (std::size_t i = 0; i < count; ++i) {
             f[i] -= h_.iso;
@@ -380,7 +369,7 @@ class PresetColor : public SolidTexture {
           }
           octaves = {.frequency = h_.frequency / 8, .count = 4, .seed = h_.seed + 55, .filter = width};
           octave_values(octaves, count, q[0].data(), q[1].data(), q[2].data(), v.data());
-          for (std::size_t i = 0; i < count; ++i) to[i] = ramp(kCoat, 0.25 + 0.5 * std::clamp(1 - f[i] / h_.amount, 0.0, 1.0) + 0.8 * v[i]);
+          for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kCoat, 0.25 + 0.5 * std::clamp(1 - f[i] / h_.amount, 0.0, 1.0) + 0.8 * v[i]);
           break;
         }
       }

@@ -30,11 +30,37 @@ struct Block {
   }
 };
 
+// Voxels in a block's mask.
+[[nodiscard]] inline int count_voxels(const std::array<std::uint64_t, 8>& mask) {
+  int count = 0;
+  for (const std::uint64_t word : mask) count += __builtin_popcountll(word);
+  return count;
+}
+
 // A sparse set of voxels. Blocks are sorted by (z, y, x) of `at`, each at most once, none empty; `first` is the running count.
 struct VoxelSet {
   std::vector<Block> blocks;
   std::int64_t count = 0;
+
+  // Appends a block that comes after all there are and is not empty.
+  void add(const V3i& at, const std::array<std::uint64_t, 8>& mask) {
+    blocks.push_back({at, mask, count});
+    count += count_voxels(mask);
+  }
 };
+
+// call(voxel, index) for the voxels of a set, in the order of its values.
+template <class Call>
+void for_each_voxel(const VoxelSet& set, Call&& call) {
+  for (const Block& b : set.blocks) {
+    std::int64_t index = b.first;
+    for (int x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[static_cast<std::size_t>(x)]; word; word &= word - 1) {
+        const int bit = __builtin_ctzll(word);
+        call(V3i(b.at.x * 8 + x, b.at.y * 8 + (bit >> 3), b.at.z * 8 + (bit & 7)), index++);
+      }
+  }
+}
 
 // Values of one output grid on a layer's voxels, then on its tiles.
 struct Channel {

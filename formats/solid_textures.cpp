@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/color_ramp.h"
 #include "formats/noise.h"
 
 namespace texel {
@@ -14,28 +15,16 @@ namespace {
 constexpr std::size_t kBatch = 64;
 using Row = std::array<double, kBatch>;
 
-struct Stop { double at; V3f color; };
-
-V3f ramp(std::span<const Stop> stops, double t) {
-  if (!(t > stops.front().at)) return stops.front().color;
-  for (std::size_t i = 1; i < stops.size(); ++i)
-    if (t < stops[i].at) {
-      const auto s = static_cast<float>((t - stops[i - 1].at) / (stops[i].at - stops[i - 1].at));
-      return stops[i - 1].color * (1 - s) + stops[i].color * s;
-    }
-  return stops.back().color;
-}
-
-constexpr Stop kMarble[] = {{0, {0.05f, 0.06f, 0.09f}}, {0.25, {0.28f, 0.29f, 0.32f}}, {0.55, {0.72f, 0.71f, 0.69f}}, {1, {0.88f, 0.87f, 0.84f}}};
-constexpr Stop kWood[] = {{0, {0.42f, 0.23f, 0.10f}}, {0.6, {0.33f, 0.16f, 0.065f}}, {0.9, {0.16f, 0.07f, 0.028f}}, {1, {0.40f, 0.22f, 0.095f}}};
-constexpr Stop kGranite[] = {{0, {0.025f, 0.025f, 0.03f}}, {0.3, {0.10f, 0.09f, 0.09f}}, {0.42, {0.42f, 0.36f, 0.33f}}, {0.6, {0.55f, 0.47f, 0.43f}}, {0.75, {0.75f, 0.73f, 0.71f}}, {1, {0.85f, 0.84f, 0.82f}}};
+constexpr ColorStop kMarble[] = {{0, {0.05f, 0.06f, 0.09f}}, {0.25, {0.28f, 0.29f, 0.32f}}, {0.55, {0.72f, 0.71f, 0.69f}}, {1, {0.88f, 0.87f, 0.84f}}};
+constexpr ColorStop kWood[] = {{0, {0.42f, 0.23f, 0.10f}}, {0.6, {0.33f, 0.16f, 0.065f}}, {0.9, {0.16f, 0.07f, 0.028f}}, {1, {0.40f, 0.22f, 0.095f}}};
+constexpr ColorStop kGranite[] = {{0, {0.025f, 0.025f, 0.03f}}, {0.3, {0.10f, 0.09f, 0.09f}}, {0.42, {0.42f, 0.36f, 0.33f}}, {0.6, {0.55f, 0.47f, 0.43f}}, {0.75, {0.75f, 0.73f, 0.71f}}, {1, {0.85f, 0.84f, 0.82f}}};
 
 class NoiseTexture : public SolidTexture {
  public:
   NoiseTexture(SolidKind kind, double size, std::uint32_t seed) : kind_(kind), frequency_(1 / size), seed_(seed) {
     for (int i = 0; i < 512; ++i) {
-      vein_mean_ += ramp(kMarble, vein(std::sin(2 * M_PI * (i + 0.5) / 512))) / 512.0f;
-      ring_mean_ += ramp(kWood, (i + 0.5) / 512) / 512.0f;
+      vein_mean_ += color_ramp(kMarble, vein(std::sin(2 * M_PI * (i + 0.5) / 512))) / 512.0f;
+      ring_mean_ += color_ramp(kWood, (i + 0.5) / 512) / 512.0f;
     }
   }
 
@@ -51,7 +40,7 @@ class NoiseTexture : public SolidTexture {
         const auto detail = static_cast<float>(octave_weight(1 / frequency_, width));
         for (std::size_t i = 0; i < count; ++i) {
           const double phase = 2 * M_PI * (frequency_ * (px[i] + 0.5 * py[i]) + 2 * v[i]);
-          to[i] = std::isfinite(phase) ? ramp(kMarble, vein(std::sin(phase))) * detail + vein_mean_ * (1 - detail) : vein_mean_;
+          to[i] = std::isfinite(phase) ? color_ramp(kMarble, vein(std::sin(phase))) * detail + vein_mean_ * (1 - detail) : vein_mean_;
         }
       } else if (kind_ == SolidKind::kWood) {
         // Rings about the z axis, ten to `size`, wobbling, with fibres along z.
@@ -62,13 +51,13 @@ class NoiseTexture : public SolidTexture {
         const auto detail = static_cast<float>(octave_weight(0.1 / frequency_, width));
         for (std::size_t i = 0; i < count; ++i) {
           const double rings = 10 * frequency_ * std::sqrt(px[i] * px[i] + py[i] * py[i]) + 1.5 * v[i];
-          const V3f ring = std::isfinite(rings) ? ramp(kWood, rings - std::floor(rings)) * detail + ring_mean_ * (1 - detail) : ring_mean_;
+          const V3f ring = std::isfinite(rings) ? color_ramp(kWood, rings - std::floor(rings)) * detail + ring_mean_ * (1 - detail) : ring_mean_;
           to[i] = ring * static_cast<float>(std::isfinite(w[i]) ? 1 + 0.5 * w[i] : 1);
         }
       } else {
         // Grains of two sizes, ten of the larger to `size`.
         octave_values({.frequency = 10 * frequency_, .count = 3, .gain = 0.7, .seed = seed_, .filter = width}, count, px, py, pz, v.data());
-        for (std::size_t i = 0; i < count; ++i) to[i] = ramp(kGranite, 0.5 + 0.85 * v[i]);
+        for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kGranite, 0.5 + 0.85 * v[i]);
       }
     }
   }

@@ -268,7 +268,7 @@ std::int64_t active_voxels(const Level& level) {
   }
   std::int64_t count = 0;
   for (const auto& entry : blocks)
-    for (const std::uint64_t word : entry.second) count += __builtin_popcountll(word);
+    count += count_voxels(entry.second);
   return count;
 }
 

@@ -122,18 +122,6 @@ inline bool has_issue(const Pack& pack, const std::string& id) {
   return false;
 }
 
-// call(voxel, index) for the voxels of a set, in storage order.
-template <class Call>
-void for_each_voxel(const VoxelSet& set, Call&& call) {
-  for (const Block& b : set.blocks) {
-    std::int64_t i = b.first;
-    for (int x = 0; x < 8; ++x)
-      for (int y = 0; y < 8; ++y)
-        for (int z = 0; z < 8; ++z)
-          if (b.has(x, y, z)) call(V3i(b.at.x * 8 + x, b.at.y * 8 + y, b.at.z * 8 + z), i++);
-  }
-}
-
 // A channel as a dense array over the grid, 0 where it is not active; small grids only.
 struct Dense {
   V3i n{0, 0, 0};

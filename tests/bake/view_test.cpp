@@ -515,13 +515,18 @@ INSTANTIATE_TEST_SUITE_P(Placed, OppositePolygons,
                                          Opposite{"FacingEachOther", -2.6, 3.3}),
                          [](const auto& suite) { return std::string(suite.param.name); });
 
-// Whoever hears of the progress may stop a picture by throwing.
-TEST(View, CanBeStopped) {
+// A ball of 16 voxels, made as a pack and as a mesh.
+std::pair<Pack, Scene> ball_both_ways() {
   test::BallOptions ball;
   ball.n = 16;
-  const Pack pack = test::ball_pack(ball);
   Scene scene = empty_scene();
   add_ball(scene, 1, 8);
+  return {test::ball_pack(ball), std::move(scene)};
+}
+
+// Whoever hears of the progress may stop a picture by throwing.
+TEST(View, CanBeStopped) {
+  const auto [pack, scene] = ball_both_ways();
   Report report;
   report.progress = [](const std::string&, double) { throw Error(Code::kRunning, "", "interrupted"); };
   const ViewOptions o = from_above(4, 8);
@@ -531,11 +536,7 @@ TEST(View, CanBeStopped) {
 }
 
 TEST(ContactSheet, HasATileForEachThingThereIs) {
-  test::BallOptions ball;
-  ball.n = 16;
-  const Pack pack = test::ball_pack(ball);
-  Scene scene = empty_scene();
-  add_ball(scene, 1, 8);
+  const auto [pack, scene] = ball_both_ways();
   Report report;
   const SheetOptions sheet{.tile = 48, .lights = {}};
   const Image with = contact_sheet(pack, &scene, sheet, report), without = contact_sheet(pack, nullptr, sheet, report);
@@ -543,7 +544,8 @@ TEST(ContactSheet, HasATileForEachThingThereIs) {
   EXPECT_EQ(without.width, 3 * 49 + 1);
   EXPECT_EQ(with.channels, 3);
   for (const float v : with.pixels) ASSERT_TRUE(v >= 0 && v <= 1);
-  test::BallOptions slices_only = ball;
+  test::BallOptions slices_only;
+  slices_only.n = 16;
   slices_only.levels = 0;
   EXPECT_EQ(contact_sheet(test::ball_pack(slices_only), nullptr, sheet, report).width, 49 + 1);
 }

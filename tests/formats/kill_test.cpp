@@ -25,9 +25,9 @@ std::string findings_text(const std::string& folder) {
 }
 
 // This program started anew writes two packs by turns until it is killed. Not a mere fork: the parent's threads would be missing.
-TEST(KillHelper, DISABLED_WritesByTurns) {
+TEST(KillHelper, WritesByTurns) {
   const char* target = std::getenv("TEXEL_KILL_TARGET");
-  ASSERT_NE(target, nullptr);
+  if (!target) GTEST_SKIP() << "the process that Kill.LeavesTheOldPackOrTheNewOne starts and kills";
   const Pack packs[] = {small_pack(), large_pack()};
   save(packs[1], std::string(target) + ".first");  // loads what is loaded on first use
   put_bytes(std::string(target) + ".ready", "");
@@ -38,7 +38,7 @@ pid_t start_writer(const std::string& target) {
   const pid_t pid = fork();
   if (pid != 0) return pid;
   setenv("TEXEL_KILL_TARGET", target.c_str(), 1);
-  execl("/proc/self/exe", "formats_kill_test", "--gtest_filter=KillHelper.*", "--gtest_also_run_disabled_tests", "--gtest_brief=1", static_cast<char*>(nullptr));
+  execl("/proc/self/exe", "formats_kill_test", "--gtest_filter=KillHelper.*", "--gtest_brief=1", static_cast<char*>(nullptr));
   _exit(127);
 }
 

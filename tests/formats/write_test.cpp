@@ -87,9 +87,9 @@ TEST(WritePack, LeavesOutWhatIsNotWanted) {
 }
 
 // Run by the next test in a process of its own, since a module that is loaded stays so.
-TEST(SlicesHelper, DISABLED_WritesSlicesOnly) {
+TEST(SlicesHelper, WritesSlicesOnly) {
   const char* target = std::getenv("TEXEL_SLICES_TARGET");
-  ASSERT_NE(target, nullptr);
+  if (!target) GTEST_SKIP() << "the process that WritePack.DoesNotLoadOpenVdbForSlices starts";
   save(ball_pack({.n = 8, .levels = 0}), target);
   EXPECT_EQ(bytes_of("/proc/self/maps").find("texel_vdb.so"), std::string::npos);
   save(ball_pack({.n = 8, .levels = 1}), target);  // the look into /proc would see it
@@ -101,13 +101,14 @@ TEST(WritePack, DoesNotLoadOpenVdbForSlices) {
   const pid_t pid = fork();
   if (pid == 0) {
     setenv("TEXEL_SLICES_TARGET", (folder / "slices").c_str(), 1);
-    execl("/proc/self/exe", "formats_write_test", "--gtest_filter=SlicesHelper.*", "--gtest_also_run_disabled_tests", "--gtest_brief=1",
+    execl("/proc/self/exe", "formats_write_test", "--gtest_filter=SlicesHelper.*", "--gtest_brief=1",
           static_cast<char*>(nullptr));
     _exit(127);
   }
   int status = 0;
   waitpid(pid, &status, 0);
   EXPECT_EQ(status, 0);
+  EXPECT_TRUE(fs::exists(folder / "slices/volume.vdb"));  // it was not skipped
 }
 
 TEST(WritePack, SaysInTheManifestWhatIsInThePack) {
