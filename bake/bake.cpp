@@ -28,7 +28,6 @@ namespace {
 
 void check_recipe(const Recipe& recipe) {
   const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
-  if (recipe.cyclic[0] || recipe.cyclic[1] || recipe.cyclic[2]) unsupported("--cyclic", "cyclic bakes are not in this version");
   if (recipe.max_error > 0) unsupported("--max-error", "choosing the samples by error is not in this version");
   if (recipe.memory > 0) unsupported("--memory", "brick by brick bakes are not in this version");
   if (recipe.prune > 0) unsupported("--prune", "pruning is not in this version");
