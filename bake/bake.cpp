@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "bake/plan.h"
 #include "bake/polygonize.h"
 #include "bake/quantize.h"
+#include "bake/repeat.h"
 #include "bake/slice.h"
 #include "bake/surface.h"
 #include "bake/texture.h"
@@ -63,11 +65,23 @@ std::optional<V3f> one_color(const Scene& scene, const TextureSet& textures) {
   return first->kd;
 }
 
-int level_count(const Grid& grid, const Recipe& recipe) {
+// How often what repeats can be halved: a voxel must never hold the end of one period and the beginning of the next.
+int periods_halve(const V3i& counts, const Recipe& recipe) {
+  int most = 31;
+  for (int a = 0; a < 3; ++a)
+    if (recipe.cyclic[static_cast<std::size_t>(a)]) most = std::min(most, std::countr_zero(static_cast<unsigned>(counts[a])));
+  return most;
+}
+
+int level_count(const Grid& grid, const Recipe& recipe, Report& report) {
   if (!recipe.want.levels || recipe.levels == 1) return 1;
   int levels = 1;
   for (int longest = std::max({grid.n.x, grid.n.y, grid.n.z}); longest > 1; longest = (longest + 1) / 2) ++levels;
-  return recipe.levels > 0 ? std::min(levels, recipe.levels) : levels;
+  if (recipe.levels > 0) levels = std::min(levels, recipe.levels);
+  const int whole = periods_halve(grid.n, recipe) + 1;
+  if (whole < levels)
+    report.issue("cyclic-levels", "levels end early: the next one's voxels do not fill the period (periods of a power of two voxels have all levels)", levels - whole);
+  return std::min(levels, whole);
 }
 
 // Slices along an axis when the eye may look see_in of the width across it, world units, into the object.
@@ -135,13 +149,19 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
   return shader;
 }
 
-void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double, 3>& widths, VisibilityResult& seen, Pack& pack) {
+void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double, 3>& widths, VisibilityResult& seen, Pack& pack, Report& report) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     if (!recipe.want.slices || !recipe.slice_axes[a]) continue;
     const auto records = std::make_shared<const SliceRecords>(std::move(seen.slices[a]));
-    for (int level = 0; level <= recipe.slice_levels; ++level) {
-      SliceStack stack = make_stack(records, plan.grid, level);
+    // Coarser pictures of what repeats are whole periods too.
+    V3i counts = plan.grid.n;
+    counts[axis] = records->count;
+    const int halves = std::min(recipe.slice_levels, periods_halve(counts, recipe));
+    if (halves < recipe.slice_levels)
+      report.issue("cyclic-slice-levels", "coarser stacks end early: their pixels would not fill the period (periods of a power of two voxels have all levels)");
+    for (int level = 0; level <= halves; ++level) {
+      SliceStack stack = make_stack(records, plan.grid, recipe.cyclic, level);
       stack.max_angle = angle_for_slices(stack.thickness, recipe.see_in * widths[a]);
       pack.slices.push_back(std::move(stack));
       if (pack.slices.back().count == 1) break;
@@ -225,7 +245,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   std::optional<Scene> made;
   if (!given_scene.heights.empty() || (!given_scene.implicits.empty() && given_scene.mesh.made == 0))
     made = polygonize(mesh_heights(given_scene, recipe, report), recipe, report);
-  const Scene& scene = made ? *made : given_scene;
+  const Scene& source = made ? *made : given_scene;
 
   const Want& want = recipe.want;
   const bool opacity = want.density || want.visibility;
@@ -236,29 +256,34 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   std::unique_ptr<TextureSet> textures;
   {
     StageTimer timer(report, "textures");
-    textures = std::make_unique<TextureSet>(scene, colors ? TextureSet::Need::kColor : TextureSet::Need::kCoverage, report);
+    textures = std::make_unique<TextureSet>(source, colors ? TextureSet::Need::kColor : TextureSet::Need::kCoverage, report);
   }
-  MaterialKinds kinds = find_kinds(scene, *textures);
+  MaterialKinds kinds = find_kinds(source, *textures);
   // Of a density all three axes share samples³ points a voxel, and noise finer than two voxels is not in it.
-  if (recipe.samples == 0) recipe.samples = scene.hypertexture ? 2 : kinds.cutouts ? 6 : 4;
+  if (recipe.samples == 0) recipe.samples = source.hypertexture ? 2 : kinds.cutouts ? 6 : 4;
   report.count("samples", recipe.samples);
 
   // 1. The grid, the components and what takes part in the fill.
   Plan plan;
-  const bool density = scene.hypertexture.has_value();
+  std::optional<Scene> repeated;
+  const bool cyclic = recipe.cyclic[0] || recipe.cyclic[1] || recipe.cyclic[2];
+  const bool density = source.hypertexture.has_value();
   if (density) {
-    plan.grid = plan_grid(scene, recipe);
-    kinds.emission = scene.materials.front().solid == nullptr && hypertexture_glow(*scene.hypertexture) > 0;
+    plan.grid = plan_grid(source, recipe);
+    kinds.emission = source.materials.front().solid == nullptr && hypertexture_glow(*source.hypertexture) > 0;
   } else {
     StageTimer timer(report, "plan");
     std::vector<bool> cutouts;
-    for (std::uint32_t m = 0; m < scene.materials.size(); ++m) cutouts.push_back(textures->has_cutouts(m));
-    plan = make_plan(scene, recipe, cutouts, report);
+    for (std::uint32_t m = 0; m < source.materials.size(); ++m) cutouts.push_back(textures->has_cutouts(m));
+    plan = make_plan(source, recipe, cutouts, report);
     bool textured = false;
-    for (std::uint32_t m = 0; m < scene.materials.size(); ++m) textured = textured || textures->textured(m);
-    if (textured) plan.uv_width = uv_widths(*textures, scene.mesh);
+    for (std::uint32_t m = 0; m < source.materials.size(); ++m) textured = textured || textures->textured(m);
+    if (cyclic) repeated = repeat_scene(source, recipe.cyclic, plan, report);
+    if (textured) plan.uv_width = uv_widths(*textures, repeated ? repeated->mesh : source.mesh);
   }
+  const Scene& scene = repeated ? *repeated : source;
   pack.grid = plan.grid;
+  pack.cyclic = recipe.cyclic;
   // Told also where there is no share to tell: whoever listens may want to stop the bake.
   const auto progress = [&report](const char* stage, double done) { if (report.progress) report.progress(stage, done); };
   progress("plan", 1);
@@ -266,7 +291,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   // 2. Exact moments of the surface in each voxel it meets, then their sums up the levels.
   std::vector<Surface> surfaces;
   VisibilityResult seen;
-  const int level_total = want.volume() ? level_count(plan.grid, recipe) : 1;
+  const int level_total = want.volume() ? level_count(plan.grid, recipe, report) : 1;
   if (density) {
     StageTimer timer(report, "density");
     DensityBake baked = bake_scene_density(scene, plan, recipe, level_total, report);
@@ -308,7 +333,11 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
       options.slice_counts[a] = slice_count(recipe, plan.grid, widths[a], axis);
     }
     std::unique_ptr<RayScene> rays;
-    if (want.slices && recipe.shadows && !recipe.lights.empty()) rays = std::make_unique<RayScene>(scene, textures.get());
+    if (want.slices && recipe.shadows && !recipe.lights.empty())
+      rays = repeated ? std::make_unique<RayScene>(without_curtains(scene, plan), textures.get(), ScenePeriod{plan.grid.box(), recipe.cyclic})
+                      : std::make_unique<RayScene>(scene, textures.get());
+    if (cyclic && std::any_of(recipe.lights.begin(), recipe.lights.end(), [](const Light& l) { return l.kind == Light::Kind::kPoint; }))
+      report.issue("cyclic-light", "a point light does not repeat with the scene: the slices' light has a seam");
     options.visible_normals = recipe.normals == Normals::kVisible && (want.ndf || want.normal);
     if (options.visible_normals) options.volume_axes = {true, true, true};
     const SliceShader shader = make_shader(scene, plan, *textures, surfaces[0], recipe, rays.get());
@@ -317,7 +346,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     else
       seen.levels.resize(surfaces.size());
   }
-  make_stacks(recipe, plan, widths, seen, pack);
+  make_stacks(recipe, plan, widths, seen, pack, report);
   measure(plan, surfaces, seen, want.volume(), pack);
 
   // 6.–9. Level by level: what needs no geometry comes from the level below, then everything becomes grids.
@@ -333,7 +362,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
       }
       const double levels = static_cast<double>(surfaces.size()), done = static_cast<double>(l);
       progress("levels", done / levels);
-      const ColorField color = want.color ? spread_colors(surfaces[l], seen.levels[l], grid) : ColorField{};
+      const ColorField color = want.color ? spread_colors(surfaces[l], seen.levels[l], grid, recipe.cyclic) : ColorField{};
       progress("levels", (done + 0.5) / levels);
       pack.levels.push_back(make_level(surfaces[l], seen.levels[l], color, grid, static_cast<int>(l), recipe, kinds));
       progress("levels", (done + 1) / levels);

@@ -154,8 +154,84 @@ Colored own_colors(const Surface& surface) {
   return own;
 }
 
+// A block of room on either side of the axes that repeat, with the voxels that lie kColorReach or less beyond the border.
+struct Widened {
+  Grid grid;
+  V3i blocks{0, 0, 0};         // of room
+  Colored colored;
+};
+
+Widened widen(const Colored& from, const Grid& grid, const std::array<bool, 3>& cyclic) {
+  Widened to;
+  to.grid = grid;
+  for (int a = 0; a < 3; ++a)
+    if (cyclic[static_cast<std::size_t>(a)]) {
+      to.blocks[a] = 1;
+      to.grid.n[a] += 16;
+    }
+  const V3i room = to.blocks * 8;
+  BlockIndex wide({}, to.grid.n);
+  std::vector<Block>& blocks = to.colored.set.blocks;
+  const auto mark = [&](const V3i& v) {
+    const V3i at(v.x >> 3, v.y >> 3, v.z >> 3);
+    std::int32_t& slot = wide.slots[wide.place(at)];
+    if (slot < 0) {
+      slot = static_cast<std::int32_t>(blocks.size());
+      blocks.emplace_back().at = at;
+    }
+    blocks[static_cast<std::size_t>(slot)].mask[static_cast<std::size_t>(v.x & 7)] |= std::uint64_t{1} << ((v.y & 7) << 3 | (v.z & 7));
+  };
+  V3i turns;                   // periods within reach
+  for (int a = 0; a < 3; ++a) turns[a] = to.blocks[a] > 0 ? (kColorReach + grid.n[a] - 1) / grid.n[a] : 0;
+  for_each_voxel(from.set, [&](const V3i& v, std::int64_t) {
+    for (int z = -turns.z; z <= turns.z; ++z)
+      for (int y = -turns.y; y <= turns.y; ++y)
+        for (int x = -turns.x; x <= turns.x; ++x) {
+          const V3i image = v + V3i(x, y, z) * grid.n;
+          bool near = true;
+          for (int a = 0; a < 3; ++a) near = near && image[a] >= -kColorReach && image[a] < grid.n[a] + kColorReach;
+          if (near) mark(image + room);
+        }
+  });
+  std::sort(blocks.begin(), blocks.end(), [](const Block& a, const Block& b) { return before(a.at, b.at); });
+  number(to.colored.set);
+  if (from.color.empty()) return to;
+  const BlockIndex index(from.set, grid.n);
+  for_each_voxel(to.colored.set, [&](const V3i& v, std::int64_t) {
+    V3i own = v - room;
+    for (int a = 0; a < 3; ++a) own[a] = ((own[a] % grid.n[a]) + grid.n[a]) % grid.n[a];
+    const Block& b = from.set.blocks[static_cast<std::size_t>(index(V3i(own.x >> 3, own.y >> 3, own.z >> 3)))];
+    to.colored.color.push_back(from.color[static_cast<std::size_t>(b.index(own.x & 7, own.y & 7, own.z & 7))]);
+  });
+  return to;
+}
+
+// The grid's own part again.
+Colored narrow(const Widened& from, const Grid& grid) {
+  const VoxelSet& set = from.colored.set;
+  const BlockIndex own({}, grid.n);
+  Colored to;
+  for (const Block& b : set.blocks) {
+    const V3i at = b.at - from.blocks;
+    if (!own.holds(at)) continue;
+    Block block;
+    block.at = at;
+    const auto inside = within_grid(at, grid.n);
+    for (std::size_t x = 0; x < 8; ++x) block.mask[x] = b.mask[x] & inside[x];
+    if (count_voxels(block.mask) == 0) continue;
+    to.set.blocks.push_back(block);
+    if (from.colored.color.empty()) continue;
+    auto i = static_cast<std::size_t>(b.first);
+    for (std::size_t x = 0; x < 8; ++x)
+      for (std::uint64_t word = b.mask[x]; word; word &= word - 1, ++i)
+        if (block.mask[x] & word & (~word + 1)) to.color.push_back(from.colored.color[i]);
+  }
+  number(to.set);
+  return to;
+}
+
 // What is inside but farther than spreading reaches: blocks' mean colours, from block to block, wave by wave. One per block of the grid.
-std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, const Visibility& seen) {
+std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, const Visibility& seen, const std::array<bool, 3>& cyclic) {
   std::vector<V3f> mean(index.slots.size(), V3f(-1, -1, -1));
   for (const Block& b : grown.set.blocks) {
     V3f sum(0, 0, 0);
@@ -169,8 +245,12 @@ std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, con
   for (const Block& b : seen.inside.blocks) wait(b.at);
   for (const V3i& at : seen.inside_blocks) wait(at);
   const auto for_each_neighbour = [&](const V3i& at, auto&& call) {
-    for (int n = 0; n < 27; ++n)
-      if (const V3i near(at.x + n / 9 - 1, at.y + n / 3 % 3 - 1, at.z + n % 3 - 1); index.holds(near)) call(near);
+    for (int n = 0; n < 27; ++n) {
+      V3i near(at.x + n / 9 - 1, at.y + n / 3 % 3 - 1, at.z + n % 3 - 1);
+      for (int a = 0; a < 3; ++a)
+        if (cyclic[static_cast<std::size_t>(a)]) near[a] = (near[a] + index.n[a]) % index.n[a];
+      if (index.holds(near)) call(near);
+    }
   };
   std::vector<V3i> wave;
   for (const Block& b : grown.set.blocks) wave.push_back(b.at);
@@ -217,11 +297,17 @@ VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b) {
   return all;
 }
 
-ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid) {
+ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid, const std::array<bool, 3>& cyclic) {
   Colored grown = own_colors(surface);
   // All of it cut away: no colour at all.
   const bool none = grown.set.count == 0;
-  for (int i = 0; i < kColorReach; ++i) grown = grow(grown, grid);
+  if (cyclic[0] || cyclic[1] || cyclic[2]) {
+    Widened wide = widen(grown, grid, cyclic);
+    for (int i = 0; i < kColorReach; ++i) wide.colored = grow(wide.colored, wide.grid);
+    grown = narrow(wide, grid);
+  } else {
+    for (int i = 0; i < kColorReach; ++i) grown = grow(grown, grid);
+  }
   const BlockIndex index(grown.set, grid.n);
 
   ColorField field;
@@ -237,7 +323,7 @@ ColorField spread_colors(const Surface& surface, const Visibility& seen, const G
   field.set = join_sets(reached, seen.inside);
   if (field.one_color) return field;
 
-  const std::vector<V3f> mean = block_colors(grown, index, seen);
+  const std::vector<V3f> mean = block_colors(grown, index, seen, cyclic);
   field.color.resize(static_cast<std::size_t>(field.set.count));
   tbb::parallel_for(std::size_t{0}, field.set.blocks.size(), [&](std::size_t i) {
     const Block& b = field.set.blocks[i];

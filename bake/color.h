@@ -1,5 +1,6 @@
 #pragma once
 // Stage 7: mean colours of border voxels -> colour grid running on into and out of the matter
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -19,7 +20,8 @@ struct ColorField {
 
 // Border voxels take their surface's mean; each further voxel the mean of those of its 26 neighbours that already have a colour. What
 // lies deeper inside than kColorReach takes its block's mean, whole blocks the nearest coloured block's (by steps from block to block).
-[[nodiscard]] ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid);
+// Colour runs across the borders of axes that repeat.
+[[nodiscard]] ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid, const std::array<bool, 3>& cyclic);
 
 // The union of two sets: blocks merged, values of neither.
 [[nodiscard]] VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b);

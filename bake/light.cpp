@@ -60,6 +60,8 @@ struct RayScene::Impl {
   std::vector<std::uint32_t> materials; // per triangle
   std::vector<float> uv_scale;          // uv_per_world, per triangle, where something is cut out
   std::vector<float> opacity;           // per material
+  ScenePeriod period;
+  Box3d box;                            // of the triangles, world
   std::optional<TextureSet> own;
   const TextureSet* textures = nullptr;
   Handle<RTCDevice, DeviceRelease> device;
@@ -163,12 +165,14 @@ bool clip_to_ball(const V3d& origin, const V3d& direction, double radius, double
 
 }  // namespace
 
-RayScene::RayScene(const Scene& scene, const TextureSet* textures) : impl_(std::make_unique<Impl>()) {
+RayScene::RayScene(const Scene& scene, const TextureSet* textures, const ScenePeriod& period) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
+  s.period = period;
   const Mesh& mesh = scene.mesh;
   Box3d box;
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t i : t) box.extendBy(mesh.points[i]);
+  s.box = box;
   s.materials = mesh.materials;
   for (const Material& m : scene.materials) s.opacity.push_back(std::clamp(m.opacity, 0.0f, 1.0f));
   if (s.opacity.empty()) s.opacity.push_back(1);
@@ -289,8 +293,43 @@ float RayScene::visibility(const Light& light, const V3d& point, const V3d& norm
   if (s.empty || !light_at(light, point, &direction, &unused)) return 1;
   // Off the surface on the lit side, so that grazing rays do not meet the triangle they start on.
   const V3d start = point + normal * (2 * skin());
+  const auto& axes = s.period.axes;
+  if (axes[0] || axes[1] || axes[2]) return through_periods(start, direction, light.kind == Light::Kind::kPoint ? (light.vector - start).length() : std::numeric_limits<double>::infinity());
   const V3d end = light.kind == Light::Kind::kPoint ? light.vector : start + direction * (4 / s.scale + (start - s.centre).length());
   return 1 - blocked(start, end);
+}
+
+float RayScene::through_periods(const V3d& start, const V3d& direction, double length) const {
+  const Impl& s = *impl_;
+  const auto repeats = [&](int a) { return s.period.axes[static_cast<std::size_t>(a)]; };
+  const auto wall_ahead = [&](const Box3d& box, const V3d& at, int a) {
+    return direction[a] == 0 ? std::numeric_limits<double>::infinity() : std::max(0.0, ((direction[a] > 0 ? box.max[a] : box.min[a]) - at[a]) / direction[a]);
+  };
+  V3d at = start;
+  for (int a = 0; a < 3; ++a) {
+    if (repeats(a)) at[a] -= std::floor((at[a] - s.period.box.min[a]) / s.period.box.size()[a]) * s.period.box.size()[a];
+    else length = std::min(length, wall_ahead(s.box, start, a) + 2 * skin());  // nothing lies beyond
+  }
+  float through = 1;
+  double back = 0;
+  for (int k = 0; k < kMostPeriods && through > 0; ++k) {
+    int wall = -1;
+    double exit = length;
+    for (int a = 0; a < 3; ++a)
+      if (const double d = repeats(a) ? wall_ahead(s.period.box, at, a) : exit; repeats(a) && d < exit) {
+        exit = d;
+        wall = a;
+      }
+    if (!std::isfinite(exit)) break;
+    // Pieces reach a little into each other: what lies in the wall itself is not to slip between them.
+    through *= 1 - blocked(at - direction * back, at + direction * (wall >= 0 ? exit + 2 * skin() : exit));
+    if (wall < 0) break;
+    at += direction * exit;
+    at[wall] = direction[wall] > 0 ? s.period.box.min[wall] : s.period.box.max[wall];
+    length -= exit;
+    back = 2 * skin();
+  }
+  return through;
 }
 
 bool light_at(const Light& light, const V3d& point, V3d* direction, V3f* color) {

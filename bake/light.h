@@ -1,5 +1,6 @@
 #pragma once
 // Stage 3b: Scene -> oblique rays: baked light, shadows, ground truth (Embree)
+#include <array>
 #include <memory>
 #include <span>
 
@@ -9,11 +10,18 @@
 
 namespace texel {
 
+// One period of a scene that repeats (world): shadow rays that leave it on these axes come in again on the other side.
+struct ScenePeriod {
+  Box3d box;
+  std::array<bool, 3> axes{false, false, false};
+};
+
 // The scene as Embree sees it: centred and scaled to unit size in double before it becomes float, ROBUST, MEDIUM build.
 class RayScene {
  public:
   // Keeps copies of what it needs of `scene`. `textures` (must outlive this; kCoverage is enough) may be null: it decodes its own then.
-  explicit RayScene(const Scene& scene, const TextureSet* textures = nullptr);
+  // Of a scene that repeats: `scene` is all that reaches into the period (repeat.h, without curtains).
+  explicit RayScene(const Scene& scene, const TextureSet* textures = nullptr, const ScenePeriod& period = {});
   ~RayScene();
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
@@ -33,12 +41,16 @@ class RayScene {
   // Distance (world) that a ray must be moved on to leave a hit behind: about 1e-6 of the scene's size.
   [[nodiscard]] double skin() const;
 
-  // Share of light (0…1) from the given light that reaches `point` on a surface with unit normal `normal`, which faces the light.
+  // Share of light (0…1) from the given light that reaches `point` on a surface with unit normal `normal`, which faces the light. Where the scene
+  // repeats a ray is followed for up to kMostPeriods periods; lights do not repeat.
+  static constexpr int kMostPeriods = 1000;
   [[nodiscard]] float visibility(const Light& light, const V3d& point, const V3d& normal) const;
 
   struct Impl;
 
  private:
+  [[nodiscard]] float through_periods(const V3d& start, const V3d& direction, double length) const;
+
   std::unique_ptr<Impl> impl_;
 };
 

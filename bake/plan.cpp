@@ -175,7 +175,39 @@ bool point_inside(const V3d& p, const Topology& topology, std::span<const std::u
   return std::abs(angle) > 2 * M_PI;  // half of the full 4π: robust to points near the surface
 }
 
-void turn_inside_out(const Mesh& mesh, Plan& plan, const Topology& topology, std::span<const Box3d> boxes, const std::vector<bool>& takes_part, Report& report) {
+// The same for a component that closes only with its repetitions: the winding number of a ray that goes down the axis along which they end.
+bool point_inside_repeated(const V3d& p, const Topology& topology, std::uint32_t component, std::span<const std::uint32_t> triangles, const V3i& period, const Plan& plan, const Mesh& mesh) {
+  const int w = topology.components[component].bounded, u = (w + 1) % 3, v = (w + 2) % 3;  // (u, v, w) is right-handed
+  int winding = 0;
+  for (const std::uint32_t t : triangles) {
+    V3d corner[3];
+    V3d low = plan.points[mesh.triangles[t][0]], high = low;
+    for (int i = 0; i < 3; ++i) {
+      corner[i] = plan.points[mesh.triangles[t][static_cast<std::size_t>(i)]];
+      for (int a = 0; a < 3; ++a) { low[a] = std::min(low[a], corner[i][a]); high[a] = std::max(high[a], corner[i][a]); }
+    }
+    const auto shifts = [&](int a) { return period[a] > 0 ? std::pair(std::ceil((p[a] - high[a]) / period[a]), std::floor((p[a] - low[a]) / period[a])) : std::pair(0.0, 0.0); };
+    const auto [u0, u1] = shifts(u);
+    const auto [v0, v1] = shifts(v);
+    for (double i = u0; i <= u1; ++i)
+      for (double j = v0; j <= v1; ++j) {
+        const double x = p[u] - i * period[u], y = p[v] - j * period[v];
+        double side[3];
+        for (int k = 0; k < 3; ++k) {
+          const V3d &a = corner[(k + 1) % 3], &b = corner[(k + 2) % 3];
+          side[k] = (b[u] - a[u]) * (y - a[v]) - (b[v] - a[v]) * (x - a[u]);
+        }
+        const double all = side[0] + side[1] + side[2];
+        const bool within = all > 0 ? side[0] > 0 && side[1] > 0 && side[2] > 0 : side[0] < 0 && side[1] < 0 && side[2] < 0;
+        if (!within || all == 0) continue;
+        const double height = (side[0] * corner[0][w] + side[1] * corner[1][w] + side[2] * corner[2][w]) / all;
+        if (height < p[w]) winding += (all > 0 ? -1 : 1) * topology.turn[t];  // upwards through a face that looks down: in
+      }
+  }
+  return winding != 0;
+}
+
+void turn_inside_out(const Mesh& mesh, const V3i& period, Plan& plan, const Topology& topology, std::span<const Box3d> boxes, const std::vector<bool>& takes_part, Report& report) {
   const auto& parts = topology.components;
   // Outermost components face outwards. One that lies in another keeps its sense relative to it: opposite, it is a cavity (or matter in
   // a cavity). Where no component is inside out there is nothing to find.
@@ -191,12 +223,16 @@ void turn_inside_out(const Mesh& mesh, Plan& plan, const Topology& topology, std
   std::int64_t turned = 0, cavities = 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const std::uint32_t c = order[i];
-    const V3d probe = plan.points[mesh.triangles[parts[c].first][0]];
+    // A point of a face, not on the lines of a regular mesh where it is beside edges of others.
+    const auto& face = mesh.triangles[parts[c].first];
+    const V3d probe = plan.points[face[0]] * 0.41 + plan.points[face[1]] * 0.32 + plan.points[face[2]] * 0.27;
     for (std::size_t j = i; j-- > 0 && container[c] == kNoIndex;) {  // the smallest that holds it
       const std::uint32_t o = order[j];
       const bool within = boxes[o].min.x <= boxes[c].min.x && boxes[o].min.y <= boxes[c].min.y && boxes[o].min.z <= boxes[c].min.z &&
                           boxes[o].max.x >= boxes[c].max.x && boxes[o].max.y >= boxes[c].max.y && boxes[o].max.z >= boxes[c].max.z;
-      if (within && point_inside(probe, topology, members.of(o), plan, mesh)) container[c] = o;
+      const bool inside = parts[o].bounded >= 0 ? point_inside_repeated(probe, topology, o, members.of(o), period, plan, mesh)
+                                                : within && point_inside(probe, topology, members.of(o), plan, mesh);
+      if (inside) container[c] = o;
     }
     if (const std::uint32_t o = container[c]; o != kNoIndex) sense[c] = sense[o];
     else sense[c] = parts[c].volume < 0 ? -1 : 1;
@@ -236,6 +272,19 @@ void measure_made(const Mesh& mesh, Plan& plan, double* area, double* volume) {
   }
 }
 
+V3i period_of(const Grid& grid, const Recipe& recipe) {
+  return {recipe.cyclic[0] ? grid.n.x : 0, recipe.cyclic[1] ? grid.n.y : 0, recipe.cyclic[2] ? grid.n.z : 0};
+}
+
+// Components that need their repetitions to be closed.
+void close_repeated(const V3i& period, std::span<const std::array<std::uint32_t, 3>> given, Plan& plan, Topology& topology, Report& report) {
+  const StillOpen left = close_over_period(period, plan.points, given, topology);
+  if (left.sheets > 0)
+    report.issue("cyclic-sheet", "sheets repeat without end but are the side of nothing; they are surfaces without an inside (an underside makes a slab)", left.sheets);
+  if (left.endless > 0)
+    report.issue("cyclic-endless", "components are joined to their repetitions along every axis, so that inside and outside cannot be told; they are surfaces without an inside", left.endless);
+}
+
 void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& report) {
   const Mesh& mesh = scene.mesh;
   if (recipe.fill == Fill::kOff) {
@@ -244,7 +293,10 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
   }
   if (mesh.made > 0) fill_made(scene, plan, report);
   if (given_triangles(mesh) == 0) return;
-  const Topology topology = find_topology(plan.points, std::span(mesh.triangles).first(given_triangles(mesh)));
+  const auto given = std::span(mesh.triangles).first(given_triangles(mesh));
+  Topology topology = find_topology(plan.points, given);
+  const V3i period = period_of(plan.grid, recipe);
+  if (period != V3i(0, 0, 0)) close_repeated(period, given, plan, topology, report);
   std::vector<bool> takes_part(topology.components.size());
   std::vector<bool> transparent(topology.components.size(), false);
   for (std::size_t t = 0; t < topology.component.size(); ++t)
@@ -277,7 +329,7 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
 
   if (flat > 0) report.skip("fill of " + std::to_string(flat) + " components", "closed without volume");
 
-  turn_inside_out(mesh, plan, topology, boxes, takes_part, report);
+  turn_inside_out(mesh, period, plan, topology, boxes, takes_part, report);
   for (std::size_t t = 0; t < topology.component.size(); ++t)
     if (topology.component[t] != kNoIndex && takes_part[topology.component[t]]) { plan.winding[t] = 1; plan.fill = true; }
   const double cell = plan.grid.h * plan.grid.h * plan.grid.h;
@@ -285,6 +337,14 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
     if (!takes_part[c]) continue;
     const double sign = plan.turn[topology.components[c].first];  // the first triangle is never turned by its neighbours
     s.volume += sign * topology.components[c].volume * cell;
+  }
+  if (period != V3i(0, 0, 0)) {
+    plan.body.assign(mesh.triangles.size(), kNoIndex);
+    for (std::size_t t = 0; t < topology.component.size(); ++t)
+      if (plan.winding[t] != 0) plan.body[t] = topology.component[t];
+    const int straight = period.z == 0 ? 2 : period.y == 0 ? 1 : period.x == 0 ? 0 : 2;  // of what is closed by itself any axis will do
+    for (std::size_t c = 0; c < topology.components.size(); ++c)
+      plan.bodies.push_back({boxes[c], topology.components[c].bounded >= 0 ? topology.components[c].bounded : straight});
   }
   if (!plan.fill) {
     if (recipe.fill == Fill::kOn) throw Error(Code::kBadInput, "--fill on", "no component is closed and opaque", "use --fill auto or close the mesh");

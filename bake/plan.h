@@ -20,6 +20,14 @@ struct Plan {
   std::vector<bool> two_sided;      // per material
   std::vector<float> uv_width;      // per triangle: width in uv of a world length; empty where nothing is textured
   bool fill = false;                // some triangle has winding ≠ 0
+  // Of scenes that repeat: the filled components, and each triangle's (kNoIndex: none). repeat.h needs them.
+  struct Body {
+    Box3d box;                      // voxel space, of the component as given
+    int bounded = 2;                // an axis along which it ends
+  };
+  std::vector<Body> bodies;
+  std::vector<std::uint32_t> body;
+  std::size_t curtains = 0;         // the last triangles: set up by repeat_scene outside the grid, only rays meet them
   Statistics statistics;            // triangles … volume; colour and voxel counts come later
 };
 

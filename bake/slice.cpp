@@ -241,9 +241,26 @@ void spread_color(Image& image, int x0, int x1, int y0, int y1) {
   }
 }
 
+// The nearest pixel of a picture that repeats is at most half a period away: the same on a picture with half a period more on each side.
+void spread_over_borders(Image& image, bool wrap_x, bool wrap_y) {
+  const int left = wrap_x ? (image.width + 1) / 2 : 0, top = wrap_y ? (image.height + 1) / 2 : 0;
+  Image wide;
+  wide.width = image.width + 2 * left;
+  wide.height = image.height + 2 * top;
+  wide.channels = 4;
+  wide.pixels.resize(static_cast<std::size_t>(wide.width) * static_cast<std::size_t>(wide.height) * 4);
+  for (int y = 0; y < wide.height; ++y)
+    for (int x = 0; x < wide.width; ++x) {
+      const float* p = image.at((x - left + image.width) % image.width, (y - top + image.height) % image.height);
+      std::copy(p, p + 4, wide.at(x, y));
+    }
+  spread_color(wide, 0, wide.width, 0, wide.height);
+  for (int y = 0; y < image.height; ++y) std::copy(wide.at(left, top + y), wide.at(left, top + y) + std::ptrdiff_t{4} * image.width, image.at(0, y));
+}
+
 }  // namespace
 
-Image slice_image(const SliceRecords& records, int k) {
+Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic, int k) {
   const std::span<const SliceRecords::Pixel> pixels(records.pixels.data() + records.first[static_cast<std::size_t>(k)],
                                                     records.pixels.data() + records.first[static_cast<std::size_t>(k) + 1]);
   V3d mean(0, 0, 0);
@@ -271,6 +288,8 @@ Image slice_image(const SliceRecords& records, int k) {
 
   int x0 = image.width, x1 = 0, y0 = image.height, y1 = 0;
   const auto pixel = [&](std::uint32_t at) { return std::pair(static_cast<int>(at) % records.width, records.height - 1 - static_cast<int>(at) / records.width); };
+  const BundleAxes axes = bundle_axes(records.axis);
+  const bool wrap_x = cyclic[static_cast<std::size_t>(axes.u)], wrap_y = cyclic[static_cast<std::size_t>(axes.v)];
   const auto reach = [&](std::uint32_t at) {
     const auto [x, y] = pixel(at);
     x0 = std::min(x0, x - kBleed);
@@ -285,6 +304,11 @@ Image slice_image(const SliceRecords& records, int k) {
   y0 = std::max(0, y0);
   x1 = std::min(image.width, x1);
   y1 = std::min(image.height, y1);
+  if (wrap_x || wrap_y) {  // whatever may be reached across a border
+    x0 = y0 = 0;
+    x1 = image.width;
+    y1 = image.height;
+  }
   const bool spread = weight > 0 && !uniform;
   if (spread)
     for (int y = y0; y < y1; ++y)
@@ -307,7 +331,8 @@ Image slice_image(const SliceRecords& records, int k) {
     if (spread) p[0] = kNoColor;
   }
   if (!spread) return image;
-  spread_color(image, x0, x1, y0, y1);
+  if (wrap_x || wrap_y) spread_over_borders(image, wrap_x, wrap_y);
+  else spread_color(image, x0, x1, y0, y1);
   for (int y = y0; y < y1; ++y)
     for (int x = x0; x < x1; ++x)
       if (float* p = image.at(x, y); p[0] < 0) std::copy(background, background + 3, p);
@@ -347,15 +372,15 @@ Image coarser_slice(const Image& low, const Image& high) {
   return out;
 }
 
-Image level_image(const SliceRecords& records, int level, int k) {
-  if (level == 0) return k < records.count ? slice_image(records, k) : Image{};
-  const Image low = level_image(records, level - 1, 2 * k);
-  return coarser_slice(low, level_image(records, level - 1, 2 * k + 1));
+Image level_image(const SliceRecords& records, const std::array<bool, 3>& cyclic, int level, int k) {
+  if (level == 0) return k < records.count ? slice_image(records, cyclic, k) : Image{};
+  const Image low = level_image(records, cyclic, level - 1, 2 * k);
+  return coarser_slice(low, level_image(records, cyclic, level - 1, 2 * k + 1));
 }
 
 }  // namespace
 
-SliceStack make_stack(std::shared_ptr<const SliceRecords> records, const Grid& grid, int level) {
+SliceStack make_stack(std::shared_ptr<const SliceRecords> records, const Grid& grid, const std::array<bool, 3>& cyclic, int level) {
   SliceStack stack;
   const int add = (1 << level) - 1;
   stack.axis = records->axis;
@@ -364,7 +389,7 @@ SliceStack make_stack(std::shared_ptr<const SliceRecords> records, const Grid& g
   stack.width = (records->width + add) >> level;
   stack.height = (records->height + add) >> level;
   stack.thickness = grid.h * grid.n[records->axis] / records->count * static_cast<double>(1 << level);
-  stack.image = [records, level](int k) { return level_image(*records, level, k); };
+  stack.image = [records, cyclic, level](int k) { return level_image(*records, cyclic, level, k); };
   return stack;
 }
 

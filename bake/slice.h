@@ -1,5 +1,6 @@
 #pragma once
 // Stage 4: crossings -> slice records -> RGBA pictures, inside filled, colour running on
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -59,13 +60,14 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& at,
 [[nodiscard]] SliceRecords gather_slices(const Bundle& bundle, int count, std::vector<SliceBand>& bands);
 
 // The picture of slice k: straight linear RGBA, top row = highest coordinate. Inside pixels take the colour of the nearest pixel of
-// this slice that has one; outside, colour runs on for kBleed pixels, then is the mean of the slice's.
+// this slice that has one; outside, colour runs on for kBleed pixels, then is the mean of the slice's. Colour runs across the borders of
+// axes that repeat.
 inline constexpr int kBleed = 4;
-[[nodiscard]] Image slice_image(const SliceRecords& records, int k);
+[[nodiscard]] Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic, int k);
 
 // A stack ready for the pack: level 0, or one level of its MIP (two slices into one, 2×2 pixels into one).
 // The stack's image function shares `records`.
-[[nodiscard]] SliceStack make_stack(std::shared_ptr<const SliceRecords> records, const Grid& grid, int level);
+[[nodiscard]] SliceStack make_stack(std::shared_ptr<const SliceRecords> records, const Grid& grid, const std::array<bool, 3>& cyclic, int level);
 
 // Least number of slices for which no gap shows up to `angle` degrees from the axis when the eye may look `depth` world units in:
 // h·tan a ≤ d (Meyer & Neyret 1998 §3.1). And the angle that a thickness allows.

@@ -1,12 +1,10 @@
 #include "bake/topology.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <bit>
 #include <numeric>
 
+#include "bake/half_edges.h"
 #include "formats/scene.h"
 
 namespace texel {
@@ -19,69 +17,6 @@ std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser (Steele, Lea, Fl
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
   return x ^ (x >> 31);
 }
-
-// Index of the first point with the same position, for every point.
-std::vector<std::uint32_t> weld(std::span<const V3d> points) {
-  const std::size_t slots = std::bit_ceil(points.size() * 2 + 2);
-  std::vector<std::uint32_t> table(slots, kNoIndex), first(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const V3d p = points[i] + V3d(0, 0, 0);  // −0 becomes 0
-    std::uint64_t hash = 0;
-    for (int a = 0; a < 3; ++a) hash = mix(hash ^ std::bit_cast<std::uint64_t>(p[a])) + 0x9e3779b97f4a7c15u;
-    std::size_t slot = hash & (slots - 1);
-    while (table[slot] != kNoIndex && points[table[slot]] != p) slot = (slot + 1) & (slots - 1);
-    if (table[slot] == kNoIndex) table[slot] = static_cast<std::uint32_t>(i);
-    first[i] = table[slot];
-  }
-  return first;
-}
-
-struct HalfEdge {          // of a known lower vertex
-  std::uint32_t higher;
-  std::uint32_t triangle;
-  std::int32_t sign;       // +1 where the triangle runs from the lower to the higher vertex
-  bool operator<(const HalfEdge& o) const { return higher != o.higher ? higher < o.higher : triangle < o.triangle; }
-};
-
-// All half-edges, those of one edge side by side, edges and their triangles ascending; first[v] … first[v+1]: those whose lower vertex is v.
-// A vertex has a handful, so a counting sort by it leaves next to nothing to sort.
-struct HalfEdges {
-  std::vector<std::size_t> first;
-  std::vector<HalfEdge> edges;
-
-  HalfEdges(std::span<const std::uint32_t> welded, std::span<const Triangle> triangles) : first(welded.size() + 2, 0) {
-    const auto each = [&](auto&& call) {
-      for (std::size_t t = 0; t < triangles.size(); ++t) {
-        const std::uint32_t v[3] = {welded[triangles[t][0]], welded[triangles[t][1]], welded[triangles[t][2]]};
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
-        for (int i = 0; i < 3; ++i) {
-          const std::uint32_t a = v[i], b = v[(i + 1) % 3];
-          call(std::min(a, b), HalfEdge{std::max(a, b), static_cast<std::uint32_t>(t), a < b ? 1 : -1});
-        }
-      }
-    };
-    // Counted one place further on, so that filling moves each start to where it belongs.
-    each([&](std::uint32_t lower, const HalfEdge&) { ++first[lower + 2]; });
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    edges.resize(first.back());
-    each([&](std::uint32_t lower, const HalfEdge& e) { edges[first[lower + 1]++] = e; });
-    first.pop_back();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, first.size() - 1, 4096), [&](const auto& range) {
-      for (std::size_t v = range.begin(); v < range.end(); ++v)
-        std::sort(edges.begin() + static_cast<std::ptrdiff_t>(first[v]), edges.begin() + static_cast<std::ptrdiff_t>(first[v + 1]));
-    });
-  }
-
-  // call(from, to) for the half-edges [from, to) of each edge, in order.
-  template <class Call>
-  void for_each_edge(Call&& call) const {
-    for (std::size_t v = 0; v + 1 < first.size(); ++v)
-      for (std::size_t i = first[v], j; i < first[v + 1]; i = j) {
-        for (j = i + 1; j < first[v + 1] && edges[j].higher == edges[i].higher;) ++j;
-        call(i, j);
-      }
-  }
-};
 
 struct Sets {              // union-find that also keeps the parity of turns between a triangle and its root
   std::vector<std::uint32_t> parent;
@@ -117,13 +52,39 @@ struct Sets {              // union-find that also keeps the parity of turns bet
 
 }  // namespace
 
-Topology find_topology(std::span<const V3d> points, std::span<const Triangle> triangles) {
-  const std::vector<std::uint32_t> first = weld(points);
-  const HalfEdges half(first, triangles);
-  const std::vector<HalfEdge>& edges = half.edges;
+std::vector<std::uint32_t> weld(std::span<const V3d> points) {
+  const std::size_t slots = std::bit_ceil(points.size() * 2 + 2);
+  std::vector<std::uint32_t> table(slots, kNoIndex), first(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const V3d p = points[i] + V3d(0, 0, 0);  // −0 becomes 0
+    std::uint64_t hash = 0;
+    for (int a = 0; a < 3; ++a) hash = mix(hash ^ std::bit_cast<std::uint64_t>(p[a])) + 0x9e3779b97f4a7c15u;
+    std::size_t slot = hash & (slots - 1);
+    while (table[slot] != kNoIndex && points[table[slot]] != p) slot = (slot + 1) & (slots - 1);
+    if (table[slot] == kNoIndex) table[slot] = static_cast<std::uint32_t>(i);
+    first[i] = table[slot];
+  }
+  return first;
+}
 
+HalfEdges half_edges(std::span<const std::uint32_t> welded, std::span<const Triangle> triangles) {
+  return HalfEdges(welded.size(), [&](auto&& call) {
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const std::uint32_t v[3] = {welded[triangles[t][0]], welded[triangles[t][1]], welded[triangles[t][2]]};
+      if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+      for (int i = 0; i < 3; ++i) {
+        const std::uint32_t a = v[i], b = v[(i + 1) % 3];
+        call(std::min(a, b), HalfEdge{std::max(a, b), static_cast<std::uint32_t>(t), a < b ? 1 : -1});
+      }
+    }
+  });
+}
+
+Topology join_triangles(const HalfEdges& half, std::span<const char> joins) {
+  const std::size_t triangles = joins.size();
+  const std::vector<HalfEdge>& edges = half.edges;
   // Two-triangle edges first: they alone say who must be turned. Then the rest, which only join.
-  Sets sets(triangles.size());
+  Sets sets(triangles);
   for (int pass = 0; pass < 2; ++pass)
     half.for_each_edge([&](std::size_t i, std::size_t j) {
       if ((j - i == 2) != (pass == 0)) return;
@@ -132,12 +93,11 @@ Topology find_topology(std::span<const V3d> points, std::span<const Triangle> tr
     });
 
   Topology result;
-  result.component.assign(triangles.size(), kNoIndex);
-  result.turn.assign(triangles.size(), 1);
-  std::vector<std::uint32_t> number(triangles.size(), kNoIndex);
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    const Triangle& c = triangles[t];
-    if (first[c[0]] == first[c[1]] || first[c[1]] == first[c[2]] || first[c[2]] == first[c[0]]) continue;
+  result.component.assign(triangles, kNoIndex);
+  result.turn.assign(triangles, 1);
+  std::vector<std::uint32_t> number(triangles, kNoIndex);
+  for (std::uint32_t t = 0; t < triangles; ++t) {
+    if (!joins[t]) continue;
     std::uint8_t turned = 0;
     const std::uint32_t root = sets.find(t, &turned);
     if (number[root] == kNoIndex) {
@@ -157,6 +117,17 @@ Topology find_topology(std::span<const V3d> points, std::span<const Triangle> tr
     if (sum != 0) ++result.components[result.component[edges[i].triangle]].open_edges;
   });
   for (Topology::Component& part : result.components) part.closed = part.open_edges == 0;
+  return result;
+}
+
+Topology find_topology(std::span<const V3d> points, std::span<const Triangle> triangles) {
+  const std::vector<std::uint32_t> first = weld(points);
+  std::vector<char> joins(triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Triangle& c = triangles[t];
+    joins[t] = first[c[0]] != first[c[1]] && first[c[1]] != first[c[2]] && first[c[2]] != first[c[0]];
+  }
+  Topology result = join_triangles(half_edges(first, triangles), joins);
 
   // Signed volume about each component's own first corner, so that offsets cost no digits.
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
@@ -168,6 +139,20 @@ Topology find_topology(std::span<const V3d> points, std::span<const Triangle> tr
     part.volume += result.turn[t] * a.dot(b.cross(c)) / 6;
   }
   return result;
+}
+
+std::vector<ChainEdge> chain_boundary(std::span<const V3d> points, std::span<const Triangle> triangles, std::span<const std::int8_t> weight) {
+  const std::vector<std::uint32_t> first = weld(points);
+  const HalfEdges half = half_edges(first, triangles);
+  std::vector<ChainEdge> left;
+  for (std::uint32_t v = 0; v + 1 < half.first.size(); ++v)
+    for (std::size_t i = half.first[v], j; i < half.first[v + 1]; i = j) {
+      int sum = 0;
+      for (j = i; j < half.first[v + 1] && half.edges[j].higher == half.edges[i].higher; ++j) sum += half.edges[j].sign * weight[half.edges[j].triangle];
+      const std::uint32_t other = half.edges[i].higher;
+      if (sum != 0) left.push_back({sum > 0 ? v : other, sum > 0 ? other : v, half.edges[i].triangle, std::abs(sum)});
+    }
+  return left;
 }
 
 }  // namespace texel

@@ -152,7 +152,8 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
   }
 }
 
-// Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th ray, staggered.
+// Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th ray, staggered. Rows count from the
+// voxel's first, so that every voxel has the same rays.
 struct RayStep {
   int shift, step;
   explicit RayStep(int level) : shift(std::max(0, level - 1)), step(1 << shift) {}
@@ -168,7 +169,9 @@ struct Tracer {
   std::vector<float>& lengths;                // of this axis: inside length of all rays, per level-0 voxel; empty: not needed
   std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn; empty without slices
   std::vector<float>& missed;
-  double inside_at_box;                       // share of a column that is inside where it enters the box: 0, or NaN where a box cuts matter
+  // Per level-0 column (row · nu + column): the share that is inside already where it enters the box; NaN: not exactly known. Null: 0 everywhere,
+  // the box cuts no matter.
+  std::vector<double>* begins_inside;
   std::vector<double>& exact_solid;           // per level-0 voxel: filled fraction where exactly known, else −1; rays along z only
   int levels;                                 // how many of them are traced
   const VisibilityOptions& options;
@@ -222,18 +225,25 @@ struct Tracer {
     const Band& band = w.band;
     const RayPattern& pattern = bundle.pattern;
     views[static_cast<std::size_t>(level)].cells(bundle.axes, cu, cv, w.cells);
+    if (w.cells.empty() && level == 0 && begins_inside) {  // all of it is inside, or none: one ray speaks for it
+      const std::size_t first = static_cast<std::size_t>(cv - band.v0) * static_cast<std::size_t>(pattern.rows) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(cu);
+      int winding = 0;
+      for (const Crossing& c : ray(band, first * static_cast<std::size_t>(pattern.per_row))) winding += c.cell < 0 ? c.winding : 0;
+      begin_of(cu, cv) = winding != 0;
+    }
     if (w.cells.empty() && !runs) return;
     // finish_column reads them in another order than they lie in; while the rays are followed they come nearer.
     for (const Cell& cell : w.cells) prefetch_lines(&views[static_cast<std::size_t>(level)].surface->areas[static_cast<std::size_t>(cell.index)]);
     w.sums.assign(w.cells.size() + 1, {});
     const RayStep step(level);
+    const std::int64_t first_row = (std::int64_t{cv} << level) * pattern.rows;
     const int v0 = std::max(band.v0, cv << level), v1 = std::min(band.v1, (cv + 1) << level);
     const int u0 = cu << level, u1 = std::min(bundle.nu, (cu + 1) << level);
     int rays = 0, inside_first = 0;
     for (std::int64_t row = std::int64_t{v0} * pattern.rows; row < std::int64_t{v1} * pattern.rows; ++row) {
-      if (!step.row(row)) continue;
+      if (!step.row(row - first_row)) continue;
       const std::size_t base = static_cast<std::size_t>(row - std::int64_t{band.v0} * pattern.rows) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(pattern.per_row);
-      for (int u = u0 * pattern.per_row + step.first_column(row); u < u1 * pattern.per_row; u += step.step) {
+      for (int u = u0 * pattern.per_row + step.first_column(row - first_row); u < u1 * pattern.per_row; u += step.step) {
         const auto list = ray(band, base + static_cast<std::size_t>(u));
         ++rays;
         if (list.empty()) continue;           // meets nothing anywhere: adds nothing
@@ -244,7 +254,7 @@ struct Tracer {
     fold(w.sums, 1 << level);
     if (level == 0) {  // all of a level-0 column's rays are in this band
       for (std::size_t i = 0; i < w.cells.size() && !lengths.empty(); ++i) lengths[static_cast<std::size_t>(w.cells[i].index)] = static_cast<float>(w.sums[i].length);
-      finish_column(0, w.cells, [&](std::size_t i) { return w.sums[i].rays; });
+      finish_column(0, cu, cv, w.cells, [&](std::size_t i) { return w.sums[i].rays; });
     } else {
       for (std::size_t i = 0; i < w.cells.size(); ++i) sums[static_cast<std::size_t>(level)].add(w.cells[i].index, w.sums[i].rays);
     }
@@ -260,14 +270,39 @@ struct Tracer {
     }
   }
 
+  // The share of a level-0 column that is inside where it enters the box. Where its surface first lets a voxel out the column is all inside or all
+  // outside: the rays say which, and back from there the surface itself gives the share. NaN where it lets none out.
+  double share_at_box(std::span<const Cell> cells, double rays_inside, double rays) const {
+    double lost = 0;
+    std::size_t c = 0;
+    for (; c < cells.size() && cells[c].k == static_cast<int>(c); ++c)
+      lost += views[0].surface->areas[static_cast<std::size_t>(cells[c].index)].outward[bundle.axis];
+    if (static_cast<int>(c) == bundle.nw) return std::numeric_limits<double>::quiet_NaN();
+    const double beyond = std::round(rays_inside / rays - lost);
+    return beyond == 0 || beyond == 1 ? beyond + lost : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  [[nodiscard]] double& begin_of(int u, int v) const {
+    return (*begins_inside)[static_cast<std::size_t>(v) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u)];
+  }
+
+  // The same of a column at any level, once level 0 is done: the mean of its columns, those beyond the grid being empty.
+  double begin_share(int level, int cu, int cv) const {
+    double sum = 0;
+    for (int v = cv << level; v < std::min(bundle.nv, (cv + 1) << level); ++v)
+      for (int u = cu << level; u < std::min(bundle.nu, (cu + 1) << level); ++u) sum += begin_of(u, v);
+    return sum * std::pow(0.25, level);
+  }
+
   // Opacity of a column's voxels, once all its rays have been followed. The inside share of each near wall adds up along the column.
   // `met_in(i)`: the sums of cells[i].
   template <class Met>
-  void finish_column(int level, std::span<const Cell> cells, Met&& met_in) const {
+  void finish_column(int level, int cu, int cv, std::span<const Cell> cells, Met&& met_in) const {
     const auto l = static_cast<std::size_t>(level), axis = static_cast<std::size_t>(bundle.axis);
     const RayStep step(level);
     const double face = std::pow(4.0, level), rays = bundle.pattern.rays() * face / (static_cast<double>(step.step) * step.step);
-    double inside = inside_at_box;
+    if (begins_inside && level == 0 && !cells.empty()) begin_of(cu, cv) = share_at_box(cells, met_in(0).l, rays);
+    double inside = begins_inside ? begin_share(level, cu, cv) : 0;
     for (std::size_t c = 0; c < cells.size(); ++c) {
       const auto i = static_cast<std::size_t>(cells[c].index);
       const Areas& p = views[l].surface->areas[i];
@@ -350,7 +385,7 @@ namespace {
 // Whether filled matter reaches below the box along the rays, so that some may enter it inside.
 bool matter_begins_inside(const Bundle& bundle) {
   const Mesh& mesh = bundle.scene->mesh;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+  for (std::size_t t = 0; t < mesh.triangles.size() - bundle.plan->curtains; ++t) {
     if (bundle.plan->winding[t] == 0) continue;
     for (const std::uint32_t v : mesh.triangles[t])
       if (bundle.plan->points[v][bundle.axes.w] < 0) return true;
@@ -380,7 +415,9 @@ std::int64_t see_axis(const Bundle& bundle, std::span<const Surface> surfaces, c
   if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
   std::vector<SliceBand> slices(options.slice_axes[a] ? static_cast<std::size_t>(bundle.bands) : 0);
 
-  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, matter_begins_inside(bundle) ? std::numeric_limits<double>::quiet_NaN() : 0.0, exact_solid, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
+  std::vector<double> begins_inside;
+  if (matter_begins_inside(bundle)) begins_inside.resize(static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.nv));
+  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, begins_inside.empty() ? nullptr : &begins_inside, exact_solid, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
   tbb::enumerable_thread_specific<Worker> workers;
   std::atomic<std::int64_t> met{0};
   std::atomic<int> done{0};
@@ -397,7 +434,7 @@ std::int64_t see_axis(const Bundle& bundle, std::span<const Surface> surfaces, c
       std::vector<Cell> cells;
       for (int u = 0; u <= (bundle.nu - 1) >> level; ++u) {
         views[static_cast<std::size_t>(level)].cells(bundle.axes, u, v, cells);
-        tracer.finish_column(level, cells, [&](std::size_t i) { return sums[static_cast<std::size_t>(level)].get(cells[i].index); });
+        tracer.finish_column(level, u, v, cells, [&](std::size_t i) { return sums[static_cast<std::size_t>(level)].get(cells[i].index); });
       }
     });
   if (!slices.empty()) result.slices[a] = gather_slices(bundle, options.slice_counts[a], slices);

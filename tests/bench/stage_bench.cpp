@@ -271,13 +271,13 @@ void bench_rays(benchmark::State& state, Prepared& p, Trace what) {
 
 void bench_spread(benchmark::State& state, const Prepared& p) {
   for (auto _ : state)
-    for (std::size_t l = 0; l < p.surfaces.size(); ++l) benchmark::DoNotOptimize(spread_colors(p.surfaces[l], p.seen.levels[l], p.plan.grid.level(static_cast<int>(l))));
+    for (std::size_t l = 0; l < p.surfaces.size(); ++l) benchmark::DoNotOptimize(spread_colors(p.surfaces[l], p.seen.levels[l], p.plan.grid.level(static_cast<int>(l)), {}));
   voxel_rate(state, p);
 }
 
 // Level 0; the error is that of storing halves.
 void bench_level(benchmark::State& state, const Prepared& p) {
-  const ColorField color = spread_colors(p.surfaces[0], p.seen.levels[0], p.plan.grid);
+  const ColorField color = spread_colors(p.surfaces[0], p.seen.levels[0], p.plan.grid, {});
   Level level;
   for (auto _ : state) level = make_level(p.surfaces[0], p.seen.levels[0], color, p.plan.grid, 0, p.recipe, {});
   double area = 0;
