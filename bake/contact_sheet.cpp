@@ -232,6 +232,8 @@ Image contact_sheet(const Pack& pack, const Scene* scene, const SheetOptions& sh
   options.camera = frame_points(outline(pack), kAzimuth, elevation_for(stack, sheet.up), kAngle, sheet.up);
   options.width = options.height = sheet.tile;
   options.threads = sheet.threads;
+  options.cyclic = pack.cyclic;
+  options.grid = pack.grid;
   options.lights = sheet.lights;
   const bool own_light = !sheet.lights.empty();
   if (own_light) options.shadows = sheet.shadows;

@@ -334,7 +334,8 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
   for (const BandScratch::Found& f : scratch.found) out.crossings[out.first[f.ray + 1]++] = f.crossing;
   out.first.pop_back();
 
-  const auto before = [](const Crossing& a, const Crossing& b2) { return a.w != b2.w ? a.w < b2.w : a.triangle < b2.triangle; };
+  // In a wall what belongs to the voxel before it comes first: where two solids touch, the ray leaves one and then enters the other.
+  const auto before = [](const Crossing& a, const Crossing& b2) { return a.w != b2.w ? a.w < b2.w : a.cell != b2.cell ? a.cell < b2.cell : a.triangle < b2.triangle; };
   for (std::size_t r = 0; r < rays; ++r) {
     const auto lo = out.crossings.begin() + out.first[r], hi = out.crossings.begin() + out.first[r + 1];
     if (hi - lo > 16) {

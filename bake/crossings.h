@@ -57,7 +57,7 @@ struct Bundle {
 
 // The crossings of all rays of one band. Ray ids: ((voxel row in band · rows + row) · nu + column) · per_row + ray in row.
 // Exactly one crossing where a ray meets the shared edge or corner of a closed surface, by the fill rule (top-left), so that
-// winding numbers close on every ray. Sorted by depth, then triangle, within a ray.
+// winding numbers close on every ray. Sorted by depth, then cell, then triangle, within a ray.
 struct Band {
   int v0 = 0, v1 = 0;                      // voxel rows [v0, v1)
   std::vector<std::uint32_t> first;        // per ray and one more, into crossings

@@ -178,6 +178,16 @@ Scene repeat_scene(const Scene& scene, const std::array<bool, 3>& cyclic, Plan& 
   return repeated;
 }
 
+Scene repeat_scene(const Scene& scene, const Grid& grid, const std::array<bool, 3>& cyclic) {
+  Plan plan;
+  plan.grid = grid;
+  for (const V3d& p : scene.mesh.points) plan.points.push_back(grid.to_voxel(p));
+  plan.turn.assign(scene.mesh.triangles.size(), 1);
+  plan.winding.assign(scene.mesh.triangles.size(), 0);
+  Report unheard;
+  return repeat_scene(scene, cyclic, plan, unheard);
+}
+
 Scene without_curtains(Scene repeated, const Plan& plan) {
   const std::size_t left = repeated.mesh.triangles.size() - plan.curtains;
   repeated.mesh.triangles.resize(left);

@@ -17,7 +17,10 @@ namespace texel {
 // Throws Error{kBadInput} where more than 2·10⁸ triangles would be needed. Cost: one pass over the triangles and their repetitions.
 [[nodiscard]] Scene repeat_scene(const Scene& scene, const std::array<bool, 3>& cyclic, Plan& plan, Report& report);
 
-// The same without curtains: what light meets.
+// The same for the eye alone: nothing is filled, nothing is cut.
+[[nodiscard]] Scene repeat_scene(const Scene& scene, const Grid& grid, const std::array<bool, 3>& cyclic);
+
+// What repeat_scene made without its curtains: what light meets.
 [[nodiscard]] Scene without_curtains(Scene repeated, const Plan& plan);
 
 }  // namespace texel

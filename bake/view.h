@@ -1,5 +1,6 @@
 #pragma once
 // Pack or Scene -> picture: the reference renderer, slice compositing, ground truth (method: docs/view.md)
+#include <array>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,9 @@ struct ViewOptions {
   int level = -1;                      // volume: use this level only; −1: by the cone's aperture, two levels blended
   int slice_axis = -1;                 // slices: −1 chooses the axis by the rule of docs/view.md
   int threads = 0;
+  // Truth of a pack that repeats: one period of the scene repeated along these axes, as far as it lies within the pack's grid.
+  std::array<bool, 3> cyclic{false, false, false};
+  Grid grid;
 };
 
 enum class ViewMode { kVolume, kSlices, kTruth };

@@ -1,8 +1,10 @@
 // Ground truth: the geometry itself, one ray per sample, surfaces met from front to back.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bake/plan.h"
+#include "bake/repeat.h"
 #include "bake/shading.h"
 #include "bake/view_density.h"
 #include "formats/error.h"
@@ -40,7 +42,7 @@ struct Truth {
 
   Truth(const Scene& s, const ViewOptions& o, Report& report)
       : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), sample_share(1 / std::sqrt(static_cast<double>(o.samples))), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
-        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures), turn(turned(s, textures)) {
+        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures, {o.grid.box(), o.cyclic}), turn(turned(s, textures)) {
     uv_scale.resize(s.mesh.triangles.size(), 0.0f);
     for (std::uint32_t t = 0; t < uv_scale.size(); ++t)
       if (textures.textured(material(t))) uv_scale[t] = uv_per_world(s.mesh, t);
@@ -54,6 +56,7 @@ struct Truth {
   [[nodiscard]] bool faces_eye(const RayScene::Hit& hit) const { return hit.front != is_turned(hit.triangle); }
   [[nodiscard]] V3f light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f& albedo) const;
   [[nodiscard]] RayScene::Hit next_hit(const Rays::Ray& ray, double from) const;
+  [[nodiscard]] bool clip_to_period(const Rays::Ray& ray, double* from, double* to) const;
   void trace(const Rays::Ray& ray, V3f* color, float* alpha) const;
 };
 
@@ -105,12 +108,29 @@ RayScene::Hit Truth::next_hit(const Rays::Ray& ray, double from) const {
   return twin ? other : hit;
 }
 
+// The part of the ray within the period, a skin's width more on each side for what lies in its walls.
+bool Truth::clip_to_period(const Rays::Ray& ray, double* from, double* to) const {
+  const Box3d box = options.grid.box();
+  for (int a = 0; a < 3; ++a) {
+    if (!options.cyclic[static_cast<std::size_t>(a)]) continue;
+    const double low = box.min[a] - geometry.skin() - ray.origin[a], high = box.max[a] + geometry.skin() - ray.origin[a], d = ray.direction[a];
+    if (d == 0) {
+      if (low > 0 || high < 0) return false;
+      continue;
+    }
+    *from = std::max(*from, std::min(low / d, high / d));
+    *to = std::min(*to, std::max(low / d, high / d));
+  }
+  return *from < *to;
+}
+
 void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
   float left = 1;
-  double from = 0;
+  double from = 0, to = std::numeric_limits<double>::infinity();
+  if (!clip_to_period(ray, &from, &to)) return;
   for (int layer = 0; layer < kMaxLayers && left > kSeen; ++layer) {
     const RayScene::Hit hit = next_hit(ray, from);
-    if (hit.triangle == kNoIndex) break;
+    if (hit.triangle == kNoIndex || hit.distance > to) break;
     const std::uint32_t m = material(hit.triangle);
     const double b1 = static_cast<double>(hit.u), b2 = static_cast<double>(hit.v);
     const auto footprint = static_cast<float>(sample_share * rays.footprint(hit.distance) * static_cast<double>(uv_scale[hit.triangle]));
@@ -137,7 +157,9 @@ Image view_truth(const Scene& scene, const ViewOptions& options, Report& report)
   if (options.samples < 1 || options.samples > 1 << 16) throw Error(Code::kCommandLine, "", "samples per pixel out of range (" + std::to_string(options.samples) + ")", "use 1 to 65536");
   if (scene.hypertexture) return view_density(scene, options, report);
   const StageTimer timer(report, "view truth");
-  const Truth truth(scene, options, report);
+  const bool cyclic = options.cyclic[0] || options.cyclic[1] || options.cyclic[2];
+  const Scene repeated = cyclic ? repeat_scene(scene, options.grid, options.cyclic) : Scene{};
+  const Truth truth(cyclic ? repeated : scene, options, report);
   return trace_pixels(truth.rays, options.samples, options.threads, "view truth", report,
                       [&truth](const Rays::Ray& ray, V3f* color, float* alpha) { truth.trace(ray, color, alpha); });
 }

@@ -169,8 +169,8 @@ struct Tracer {
   std::vector<float>& lengths;                // of this axis: inside length of all rays, per level-0 voxel; empty: not needed
   std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn; empty without slices
   std::vector<float>& missed;
-  // Per level-0 column (row · nu + column): the share that is inside already where it enters the box; NaN: not exactly known. Null: 0 everywhere,
-  // the box cuts no matter.
+  // Per level-0 column (row · nu + column): its mean winding number where it enters the box, which is the share inside where matter does not
+  // overlap; NaN: not exactly known. Null: 0 everywhere, the box cuts no matter.
   std::vector<double>* begins_inside;
   std::vector<double>& exact_solid;           // per level-0 voxel: filled fraction where exactly known, else −1; rays along z only
   int levels;                                 // how many of them are traced
@@ -225,12 +225,7 @@ struct Tracer {
     const Band& band = w.band;
     const RayPattern& pattern = bundle.pattern;
     views[static_cast<std::size_t>(level)].cells(bundle.axes, cu, cv, w.cells);
-    if (w.cells.empty() && level == 0 && begins_inside) {  // all of it is inside, or none: one ray speaks for it
-      const std::size_t first = static_cast<std::size_t>(cv - band.v0) * static_cast<std::size_t>(pattern.rows) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(cu);
-      int winding = 0;
-      for (const Crossing& c : ray(band, first * static_cast<std::size_t>(pattern.per_row))) winding += c.cell < 0 ? c.winding : 0;
-      begin_of(cu, cv) = winding != 0;
-    }
+    if (level == 0 && begins_inside) begin_of(cu, cv) = winding_at_box(band, cu, cv, w.cells);
     if (w.cells.empty() && !runs) return;
     // finish_column reads them in another order than they lie in; while the rays are followed they come nearer.
     for (const Cell& cell : w.cells) prefetch_lines(&views[static_cast<std::size_t>(level)].surface->areas[static_cast<std::size_t>(cell.index)]);
@@ -270,16 +265,26 @@ struct Tracer {
     }
   }
 
-  // The share of a level-0 column that is inside where it enters the box. Where its surface first lets a voxel out the column is all inside or all
-  // outside: the rays say which, and back from there the surface itself gives the share. NaN where it lets none out.
-  double share_at_box(std::span<const Cell> cells, double rays_inside, double rays) const {
+  // The mean winding number of a level-0 column's rays where they enter the box, exactly. Where the column's surface first lets a voxel out the
+  // winding number is the same on all of it, a whole number, so that the rays' mean is near enough; back from there the surface gives the rest.
+  double winding_at_box(const Band& band, int u, int v, std::span<const Cell> cells) const {
     double lost = 0;
     std::size_t c = 0;
     for (; c < cells.size() && cells[c].k == static_cast<int>(c); ++c)
       lost += views[0].surface->areas[static_cast<std::size_t>(cells[c].index)].outward[bundle.axis];
     if (static_cast<int>(c) == bundle.nw) return std::numeric_limits<double>::quiet_NaN();
-    const double beyond = std::round(rays_inside / rays - lost);
-    return beyond == 0 || beyond == 1 ? beyond + lost : std::numeric_limits<double>::quiet_NaN();
+    const RayPattern& pattern = bundle.pattern;
+    double winding = 0;
+    for (int r = 0; r < pattern.rows; ++r)
+      for (int j = 0; j < pattern.per_row; ++j) {
+        const std::size_t row = static_cast<std::size_t>(v - band.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r);
+        const std::size_t id = (row * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
+        for (const Crossing& crossing : ray(band, id)) {
+          if (crossing.cell >= 0) break;
+          winding += crossing.winding;
+        }
+      }
+    return std::round(winding / pattern.rays() - lost) + lost;
   }
 
   [[nodiscard]] double& begin_of(int u, int v) const {
@@ -287,7 +292,7 @@ struct Tracer {
   }
 
   // The same of a column at any level, once level 0 is done: the mean of its columns, those beyond the grid being empty.
-  double begin_share(int level, int cu, int cv) const {
+  double begin_winding(int level, int cu, int cv) const {
     double sum = 0;
     for (int v = cv << level; v < std::min(bundle.nv, (cv + 1) << level); ++v)
       for (int u = cu << level; u < std::min(bundle.nu, (cu + 1) << level); ++u) sum += begin_of(u, v);
@@ -301,8 +306,7 @@ struct Tracer {
     const auto l = static_cast<std::size_t>(level), axis = static_cast<std::size_t>(bundle.axis);
     const RayStep step(level);
     const double face = std::pow(4.0, level), rays = bundle.pattern.rays() * face / (static_cast<double>(step.step) * step.step);
-    if (begins_inside && level == 0 && !cells.empty()) begin_of(cu, cv) = share_at_box(cells, met_in(0).l, rays);
-    double inside = begins_inside ? begin_share(level, cu, cv) : 0;
+    double inside = begins_inside ? begin_winding(level, cu, cv) : 0;
     for (std::size_t c = 0; c < cells.size(); ++c) {
       const auto i = static_cast<std::size_t>(cells[c].index);
       const Areas& p = views[l].surface->areas[i];

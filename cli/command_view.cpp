@@ -126,6 +126,8 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
     Scene scene = input_scene(baked, report);
     warn_of_other_sources(pack, scene, report);
     scene = meshed(std::move(scene), recorded, report);
+    options.cyclic = pack.cyclic;
+    options.grid = pack.grid;
     return view_truth(scene, options, report);
   }
   return mode == "slices" ? view_slices(pack, options, report) : view_volume(pack, options, report);

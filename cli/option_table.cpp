@@ -495,7 +495,7 @@ std::vector<OptionRow> option_table() {
       integer({.name = "margin", .metavar = "N", .group = kGridGroup, .commands = kBake, .help = "voxels around the scene's bounds",
                .in_recipe = true},
               [](auto& s) -> auto& { return s.recipe.margin; }, 0, 64),
-      axes({.name = "cyclic", .metavar = "AXES", .group = kGridGroup, .commands = kBake, .help = "axes along which everything wraps; not in this version",
+      axes({.name = "cyclic", .metavar = "AXES", .group = kGridGroup, .commands = kBake, .help = "axes along which the scene repeats; the box is one period, a whole number of voxels, without margin",
             .in_recipe = true, .shown_default = "none"},
            [](auto& s) -> auto& { return s.recipe.cyclic; }),
 

@@ -301,5 +301,179 @@ TEST(Cyclic, SheetsAndEndlessSolidsStaySurfaces) {
   EXPECT_NEAR(filled_volume(pack), 3 * 0.0625 - 2 * 0.015625, 1e-6);
 }
 
+// Mean step of a value from each plane of voxels to the next along an axis, the last one to the first.
+struct Steps { double seam = 0, largest_inner = 0; };
+Steps steps_of(const Dense& d, int axis) {
+  std::vector<double> step(static_cast<std::size_t>(d.n[axis]), 0.0);
+  for_each_cell(d.n, [&](const V3i& v) {
+    V3i next = v;
+    next[axis] = (v[axis] + 1) % d.n[axis];
+    for (int c = 0; c < d.components; ++c) step[static_cast<std::size_t>(v[axis])] += static_cast<double>(std::abs(d.at(v, c) - d.at(next, c)));
+  });
+  return {step.back(), *std::max_element(step.begin(), step.end() - 1)};
+}
+
+// The scene with its borders at another place is the same pack turned round: the borders are nowhere. With that, no step across them can be larger
+// than steps inside are; measured too.
+TEST(Cyclic, BordersAreNowhere) {
+  Scene scene = scattered();
+  Recipe recipe = unit_recipe(32, {true, true, false});
+  const Pack here = bake_quietly(scene, recipe);
+  recipe.box = Box3d(V3d(0.25, -0.5, 0), V3d(1.25, 0.5, 1));
+  const Pack there = bake_quietly(scene, recipe);
+  const V3i turn(8, 16, 0);
+  for (std::size_t l = 0; l < 4; ++l)
+    for (const char* name : {"density", "alpha", "solid", "area", "normal", "crossings", "Cd"}) {
+      const Dense a = dense(here.levels[l], name), b = dense(there.levels[l], name);
+      double worst = 0;
+      for_each_cell(b.n, [&](const V3i& v) {
+        const V3i from((v.x + (turn.x >> l)) % a.n.x, (v.y + (turn.y >> l)) % a.n.y, v.z);
+        ASSERT_EQ(a.state(from) != 0, b.state(v) != 0) << name << " " << l;
+        for (int c = 0; c < a.components; ++c) worst = std::max(worst, static_cast<double>(std::abs(a.at(from, c) - b.at(v, c))));
+      });
+      EXPECT_LE(worst, 1e-6) << name << " level " << l;
+      for (const int axis : {0, 1}) {
+        const Steps s = steps_of(a, axis);
+        EXPECT_LE(s.seam, s.largest_inner) << name << " level " << l << " axis " << axis;
+      }
+    }
+  for (std::size_t s = 0; s < here.slices.size(); ++s)
+    for (int k = 0; k < here.slices[s].count; ++k) {
+      const int axis = here.slices[s].axis, u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+      const Image b = there.slices[s].image(k), a = here.slices[s].image((k + turn[axis]) % here.slices[s].count);
+      for (int y = 0; y < b.height; ++y)
+        for (int x = 0; x < b.width; ++x) {
+          // Rows count from the top.
+          const float *p = b.at(x, y), *q = a.at((x + turn[u]) % a.width, (y - turn[v] + a.height) % a.height);
+          for (int c = 0; c < 4; ++c) ASSERT_NEAR(p[c], q[c], 1e-6) << "slice " << k << " along " << axis << " at " << x << " " << y << " channel " << c;
+        }
+    }
+}
+
+TEST(Cyclic, LightComesInFromTheNeighbours) {
+  // A low sun along x: the post's shadow leaves the period and comes in again, several times over.
+  Scene scene = with_materials();
+  Scene post = with_materials(), floor = with_materials();
+  add_box(post, V3d(0, 0, 0), V3d(0.125, 0.25, 0.5), false, 63, 0);
+  add_box(floor, V3d(0, 0, 0), V3d(1, 1, 0.125), false, 63, 2);
+  append(scene, post, V3d(0.5, 0.375, 0.125));
+  append(scene, floor, V3d(0, 0, 0));
+  Recipe recipe = unit_recipe(32, {true, true, false});
+  recipe.lights = {{Light::Kind::kAmbient, V3d(0, 0, 0), V3f(0.1f, 0.1f, 0.1f)}, {Light::Kind::kSun, V3d(1, 0.03125, -0.21), V3f(1, 1, 1)}};
+  recipe.shadows = true;
+  const Pack period = bake_quietly(scene, recipe);
+  recipe.cyclic = {false, false, false};
+  const Pack cut = bake_quietly(tiled(scene, {true, true, false}, -5, 5), recipe);
+  // Rays are single precision in scenes of different size: a shadow's edge may differ by a sub-ray, 1/16 of a pixel's light.
+  std::int64_t pixels = 0, off = 0, lit = 0, dark = 0;
+  for (std::size_t s = 0; s < period.slices.size(); ++s)
+    for (int k = 0; k < period.slices[s].count; ++k) {
+      const Image a = period.slices[s].image(k), b = cut.slices[s].image(k);
+      for (std::size_t i = 0; i < a.pixels.size(); i += 4) {
+        if (!(b.pixels[i + 3] > 0)) continue;
+        ++pixels;
+        double d = 0;
+        for (std::size_t c = 0; c < 3; ++c) d = std::max(d, static_cast<double>(std::abs(a.pixels[i + c] - b.pixels[i + c])));
+        off += d > 1e-4;
+        ASSERT_LT(d, 0.2) << "slice " << k << " of " << s << " pixel " << i / 4;
+        if (period.slices[s].axis == 2 && k == 3) (a.pixels[i + 2] > 0.2f ? lit : dark) += 1;
+      }
+    }
+  EXPECT_LT(off, pixels / 200);
+  EXPECT_GT(lit, 50);
+  EXPECT_GT(dark, 50);
+  recipe.cyclic = {true, true, false};
+  recipe.lights = {{Light::Kind::kPoint, V3d(0.5, 0.5, 2), V3f(1, 1, 1)}};
+  EXPECT_TRUE(has_issue(bake_quietly(scene, recipe), "cyclic-light"));
+}
+
+TEST(Cyclic, LevelsEndWhereThePeriodCannotBeHalved) {
+  Recipe recipe = unit_recipe(24, {true, true, false});
+  recipe.slice_levels = 5;
+  const Pack pack = bake_quietly(scattered(), recipe);
+  EXPECT_EQ(pack.levels.size(), 4U);  // 24, 12, 6, 3
+  EXPECT_TRUE(has_issue(pack, "cyclic-levels"));
+  EXPECT_TRUE(has_issue(pack, "cyclic-slice-levels"));
+  for (const SliceStack& s : pack.slices) EXPECT_LE(s.level, 3);
+  recipe.resolution.x = 32;
+  const Pack whole = bake_quietly(scattered(), recipe);
+  EXPECT_EQ(whole.levels.size(), 6U);
+  EXPECT_FALSE(has_issue(whole, "cyclic-levels"));
+}
+
+TEST(Cyclic, PeriodsAreWholeNumbersOfVoxels) {
+  Scene scene = empty_scene();
+  add_box(scene, V3d(0, 0, 0), V3d(3, 1.5, 0.7));
+  Recipe recipe = volume_recipe(64);
+  recipe.cyclic = {true, true, false};
+  Pack pack = bake_quietly(scene, recipe);
+  EXPECT_EQ(pack.grid.n, V3i(64, 32, 17));  // 0.7 is 14.93 voxels, and the margin
+  EXPECT_EQ(pack.grid.box().min.x, 0);
+  EXPECT_EQ(pack.grid.box().max.y, 1.5);
+  const auto message = [&] {
+    try {
+      (void)bake_quietly(scene, recipe);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code, Code::kCommandLine);
+      return std::string(e.what());
+    }
+    return std::string("none");
+  };
+  recipe.resolution.x = 63;
+  EXPECT_NE(message().find("the period along y, 1.5, is 31.5 voxels of 0.047619"), std::string::npos) << message();
+  EXPECT_NE(message().find("--resolution 64 fits"), std::string::npos) << message();
+  recipe.voxel_size = 0.4;
+  EXPECT_NE(message().find("the period along x, 3, is 7.5 voxels"), std::string::npos) << message();
+  EXPECT_NE(message().find("give a --box"), std::string::npos) << message();
+  recipe.voxel_size = 0.25;
+  EXPECT_EQ(bake_quietly(scene, recipe).grid.n, V3i(12, 6, 5));
+  recipe.voxel_size = 0;
+  recipe.resolution = V3i(64, 64, 64);
+  EXPECT_NE(message().find("other proportions"), std::string::npos) << message();
+  Scene flat = empty_scene();
+  add_quad(flat, V3d(0, 0, 0), V3d(0, 1, 0), V3d(0, 0, 1));
+  scene = flat;
+  recipe.resolution = V3i(32, 0, 0);
+  EXPECT_NE(message().find("no extent along x"), std::string::npos) << message();
+}
+
+TEST(Cyclic, AScenePeriodsWideAndAPeriodOfOneVoxel) {
+  Scene far = empty_scene();
+  add_quad(far, V3d(0, 0, 0.25), V3d(1e12, 0, 0), V3d(0, 1e12, 0));
+  Recipe recipe = unit_recipe(16, {true, true, false});
+  EXPECT_THROW((void)bake_quietly(far, recipe), Error);
+  // A plank 200 periods long: in each voxel of its layer 200 boards cross the border, one over the other.
+  Scene plank = empty_scene();
+  add_quad(plank, V3d(0.3125, 0, 0.53125), V3d(200, 0, 0), V3d(0, 1, 0));
+  Pack pack = bake_quietly(plank, recipe);
+  EXPECT_NEAR(sum_of(pack.levels[0], "area") / 256, 200, 1e-4);
+  Scene ball = empty_scene();
+  add_ball(ball, 0.4, 12);
+  append(ball = empty_scene(), [] { Scene s = empty_scene(); add_ball(s, 0.4, 12); return s; }(), V3d(0.9375, 0.03125, 0.5));
+  recipe.resolution.x = 1;
+  recipe.box = Box3d(V3d(0, 0, 0), V3d(1, 1, 4));
+  recipe.voxel_size = 1;
+  pack = bake_quietly(ball, recipe);
+  EXPECT_EQ(pack.grid.n, V3i(1, 1, 4));
+  EXPECT_NEAR(sum_of(pack.levels[0], "area"), mesh_area(ball.mesh), 1e-6);
+  EXPECT_NEAR(filled_volume(pack), mesh_volume(ball.mesh), 1e-6);
+}
+
+TEST(Cyclic, SameForAnyNumberOfThreads) {
+  const Scene scene = scattered();
+  Recipe recipe = unit_recipe(32, {true, true, true});
+  std::vector<std::vector<float>> values;
+  for (const int threads : {1, 2, 4}) {
+    recipe.threads = threads;
+    std::vector<float> all;
+    for (const Level& level : bake_quietly(scene, recipe).levels)
+      for (const Layer& layer : level.layers)
+        for (const Channel& c : layer.channels) all.insert(all.end(), c.values.begin(), c.values.end());
+    values.push_back(std::move(all));
+  }
+  EXPECT_EQ(values[0], values[1]);
+  EXPECT_EQ(values[0], values[2]);
+}
+
 }  // namespace
 }  // namespace texel::test

@@ -239,7 +239,7 @@ TEST(HeightMesh, SixteenBitsDifferFromEight) {
 
 TEST(HeightMesh, CyclicFieldsRepeatBitForBit) {
   Random random(9);
-  Recipe recipe = volume_recipe(20);
+  Recipe recipe = volume_recipe(21);
   const HeightField field = make_field(7, 5, V2d(0.7, 0.5), [&](int, int) { return random.uniform(0, 0.2); }, -0.1);
   for (const std::array<bool, 3>& cyclic : {std::array<bool, 3>{true, true, false}, std::array<bool, 3>{true, false, false}}) {
     recipe.cyclic = cyclic;

@@ -317,5 +317,34 @@ TEST(Slices, GrazingFunctions) {
   }
 }
 
+// Where two solids touch, a ray leaves one and enters the other, whichever the file names first: nothing depends on the order.
+TEST(Walls, TouchingSolidsInAnyOrder) {
+  Recipe recipe = volume_recipe(16);
+  recipe.want.slices = true;
+  recipe.box = Box3d(V3d(0, 0, 0), V3d(1, 1, 1));
+  for (int axis = 0; axis < 3; ++axis) {
+    V3d low(0.25, 0.25, 0.25), middle(0.75, 0.75, 0.75), half(0.25, 0.25, 0.25), high(0.75, 0.75, 0.75);
+    middle[axis] = half[axis] = 0.5;
+    Scene first = empty_scene(), second = empty_scene();
+    add_box(first, low, middle);
+    add_box(first, half, high);
+    add_box(second, half, high);
+    add_box(second, low, middle);
+    const Pack a = bake_quietly(first, recipe), b = bake_quietly(second, recipe);
+    EXPECT_NEAR(filled_volume(a), 0.125, 1e-9);
+    for (const char* name : {"density", "alpha", "solid", "area", "crossings"}) EXPECT_EQ(dense(a.levels[0], name).values, dense(b.levels[0], name).values) << name;
+    for (std::size_t s = 0; s < a.slices.size(); ++s)
+      for (int k = 0; k < a.slices[s].count; ++k) {
+        const Image p = a.slices[s].image(k), q = b.slices[s].image(k);
+        ASSERT_EQ(p.pixels, q.pixels) << "slice " << k << " along " << s;
+        for (int y = 0; y < 16; ++y)
+          for (int x = 0; x < 16; ++x) {
+            const bool inside = k >= 4 && k < 12 && x >= 4 && x < 12 && y >= 4 && y < 12;
+            ASSERT_EQ(p.at(x, y)[3], inside ? 1 : 0) << "slice " << k << " along " << s << " at " << x << " " << y;
+          }
+      }
+  }
+}
+
 }  // namespace
 }  // namespace texel::test
