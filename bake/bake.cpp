@@ -80,7 +80,7 @@ int level_count(const Grid& grid, const Recipe& recipe, Report& report) {
   if (recipe.levels > 0) levels = std::min(levels, recipe.levels);
   const int whole = periods_halve(grid.n, recipe) + 1;
   if (whole < levels)
-    report.issue("cyclic-levels", "levels end early: the next one's voxels do not fill the period (periods of a power of two voxels have all levels)", levels - whole);
+    report.issue("cyclic-levels", std::to_string(levels - whole) + " levels fewer: the next one's voxels would not fill the period (periods of a power of two voxels have all levels)");
   return std::min(levels, whole);
 }
 

@@ -241,6 +241,33 @@ void spread_color(Image& image, int x0, int x1, int y0, int y1) {
   }
 }
 
+std::span<const SliceRecords::Pixel> pixels_of(const SliceRecords& records, int k) {
+  return {records.pixels.data() + records.first[static_cast<std::size_t>(k)], records.pixels.data() + records.first[static_cast<std::size_t>(k) + 1]};
+}
+
+// Mean colour of a slice's pixels that have one, by their opacity; weight 0: none has.
+struct SliceMean {
+  V3d color{0, 0, 0};
+  double weight = 0;
+  bool uniform = true;                          // they all have this one
+};
+
+SliceMean mean_of(std::span<const SliceRecords::Pixel> pixels) {
+  SliceMean mean;
+  const SliceRecords::Pixel* first = nullptr;
+  for (const SliceRecords::Pixel& p : pixels) {
+    if (p.r < 0) continue;
+    if (!first) first = &p;
+    mean.uniform = mean.uniform && p.r == first->r && p.g == first->g && p.b == first->b;
+    const double a = static_cast<double>(p.a);
+    mean.color += V3d(static_cast<double>(p.r), static_cast<double>(p.g), static_cast<double>(p.b)) * a;
+    mean.weight += a;
+  }
+  // A slice of one colour has it everywhere, exactly: nothing to spread.
+  if (mean.weight > 0) mean.color = mean.uniform ? V3d(static_cast<double>(first->r), static_cast<double>(first->g), static_cast<double>(first->b)) : mean.color / mean.weight;
+  return mean;
+}
+
 // The nearest pixel of a picture that repeats is at most half a period away: the same on a picture with half a period more on each side.
 void spread_over_borders(Image& image, bool wrap_x, bool wrap_y) {
   const int left = wrap_x ? (image.width + 1) / 2 : 0, top = wrap_y ? (image.height + 1) / 2 : 0;
@@ -261,29 +288,21 @@ void spread_over_borders(Image& image, bool wrap_x, bool wrap_y) {
 }  // namespace
 
 Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic, int k) {
-  const std::span<const SliceRecords::Pixel> pixels(records.pixels.data() + records.first[static_cast<std::size_t>(k)],
-                                                    records.pixels.data() + records.first[static_cast<std::size_t>(k) + 1]);
-  V3d mean(0, 0, 0);
-  double weight = 0;
-  bool uniform = true;
-  const SliceRecords::Pixel* first = nullptr;
-  for (const SliceRecords::Pixel& p : pixels) {
-    if (p.r < 0) continue;
-    if (!first) first = &p;
-    uniform = uniform && p.r == first->r && p.g == first->g && p.b == first->b;
-    const double a = static_cast<double>(p.a);
-    mean += V3d(static_cast<double>(p.r), static_cast<double>(p.g), static_cast<double>(p.b)) * a;
-    weight += a;
-  }
-  // A slice of one colour has it everywhere, exactly: nothing to spread.
-  if (weight > 0) mean = uniform ? V3d(static_cast<double>(first->r), static_cast<double>(first->g), static_cast<double>(first->b)) : mean / weight;
+  const std::span<const SliceRecords::Pixel> pixels = pixels_of(records, k);
+  SliceMean mean = mean_of(pixels);
+  const bool spread = mean.weight > 0 && !mean.uniform;
+  // Wholly inside, as ground that repeats is below its surface: the colour of the nearest slice that has one.
+  const bool inside = mean.weight <= 0 && std::any_of(records.runs.begin(), records.runs.end(), [k](const auto& run) { return k >= run.first && k < run.last; });
+  for (int step = 1; inside && mean.weight <= 0 && step < records.count; ++step)
+    for (const int near : {k + step, k - step})
+      if (mean.weight <= 0 && near >= 0 && near < records.count) mean = mean_of(pixels_of(records, near));
 
   Image image;
   image.width = records.width;
   image.height = records.height;
   image.channels = 4;
   image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4);
-  const float background[4] = {static_cast<float>(mean.x), static_cast<float>(mean.y), static_cast<float>(mean.z), 0};
+  const float background[4] = {static_cast<float>(mean.color.x), static_cast<float>(mean.color.y), static_cast<float>(mean.color.z), 0};
   for (std::size_t i = 0; i < image.pixels.size(); i += 4) std::copy(background, background + 4, image.pixels.begin() + static_cast<std::ptrdiff_t>(i));
 
   int x0 = image.width, x1 = 0, y0 = image.height, y1 = 0;
@@ -309,7 +328,6 @@ Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic
     x1 = image.width;
     y1 = image.height;
   }
-  const bool spread = weight > 0 && !uniform;
   if (spread)
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) image.at(x, y)[0] = kOutside;

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "formats/error.h"
+#include "formats/readers.h"
 #include "tests/bake/bake_util.h"
 
 namespace texel::test {
@@ -205,6 +206,12 @@ TEST(Cyclic, GroundWithoutWallsIsSolid) {
       for (int i = 0; i < 16; ++i) mean += (hills(i / 16.0, j / 16.0) - 0.125) / 256;
     EXPECT_NEAR(filled_volume(period), mean, 1e-7);  // floats of solid: 2⁻²⁵ each
     EXPECT_NEAR(period.statistics.volume, mean, 1e-12);
+    // Slices wholly inside have the ground's colour.
+    const SliceStack& stack = period.slices[2];
+    ASSERT_EQ(stack.axis, 2);
+    const Image inside = stack.image(5);
+    EXPECT_EQ(inside.at(7, 9)[3], 1);
+    EXPECT_FLOAT_EQ(inside.at(7, 9)[0], 0.5f);
   }
 }
 
@@ -473,6 +480,80 @@ TEST(Cyclic, SameForAnyNumberOfThreads) {
   }
   EXPECT_EQ(values[0], values[1]);
   EXPECT_EQ(values[0], values[2]);
+}
+
+// 8 × 8 samples a period, given once or repeated 3 × 3; base −1/8.
+Scene random_heights(int repeats) {
+  Random random(3);
+  std::vector<double> samples(64);
+  for (double& z : samples) z = std::nearbyint(random.uniform(0, 0.25) * 0x1p20) * 0x1p-20;
+  Scene scene = empty_scene();
+  HeightField& field = scene.heights.emplace_back();
+  field.name = "made";
+  field.width = field.height = 8 * repeats;
+  field.size = V2d(repeats, repeats);
+  field.base = -0.125;
+  field.low = *std::min_element(samples.begin(), samples.end());
+  field.high = *std::max_element(samples.begin(), samples.end());
+  for (int y = 0; y < field.height; ++y)
+    for (int x = 0; x < field.width; ++x) field.z.push_back(samples[static_cast<std::size_t>(y % 8 * 8 + x % 8)]);
+  return scene;
+}
+
+TEST(Cyclic, HeightFieldsTile) {
+  Recipe recipe = volume_recipe(32);
+  recipe.want.slices = true;
+  recipe.cyclic = {true, true, false};
+  recipe.box = Box3d(V3d(0, 0, -0.25), V3d(1, 1, 0.75));
+  const Pack one = bake_quietly(random_heights(1), recipe);
+  recipe.resolution = V3i(96, 96, 32);
+  recipe.box = Box3d(V3d(0, 0, -0.25), V3d(3, 3, 0.75));
+  const Pack nine = bake_quietly(random_heights(3), recipe);
+  EXPECT_FALSE(has_issue(one, "mesh-open") || has_issue(one, "cyclic-sheet"));
+  EXPECT_EQ(one.statistics.closed, 1);
+  EXPECT_NEAR(filled_volume(one), filled_volume(nine) / 9, 1e-7);
+  expect_cut(one, nine, V3i(32, 32, 0), true);
+  // Cyclic along one axis only: walls stand along the other.
+  recipe.cyclic = {true, false, false};
+  recipe.resolution = V3i(32, 32, 32);
+  recipe.box = Box3d(V3d(0, 0, -0.25), V3d(1, 1, 0.75));
+  const Pack along_x = bake_quietly(random_heights(1), recipe);
+  EXPECT_EQ(along_x.statistics.closed, 1);
+  EXPECT_FALSE(has_issue(along_x, "mesh-open"));
+}
+
+TEST(Cyclic, NoiseHasNoSeam) {
+  HeightOptions options;
+  options.perlin = {4, 4, 1};
+  options.extent = V2d(1, 1);
+  options.height = 0.25;
+  options.base = 0;
+  Recipe recipe = volume_recipe(128);
+  recipe.want.slices = true;
+  recipe.cyclic = {true, true, false};
+  const Pack pack = bake_quietly(make_perlin_field(options), recipe);
+  EXPECT_EQ(pack.statistics.closed, 1);
+  for (std::size_t l = 0; l < 5; ++l)
+    for (const char* name : {"density", "alpha", "solid", "normal"})
+      for (const int axis : {0, 1}) {
+        const Steps s = steps_of(dense(pack.levels[l], name), axis);
+        if (l == 0) std::printf("%s along %c: step across the border %.4g, largest within %.4g\n", name, "xy"[axis], s.seam, s.largest_inner);
+        EXPECT_LE(s.seam, s.largest_inner) << name << " level " << l << " axis " << axis;
+      }
+  // The slices along z: rows and columns of their pictures.
+  const SliceStack& stack = pack.slices[2];
+  ASSERT_EQ(stack.axis, 2);
+  std::array<std::vector<double>, 2> step{std::vector<double>(128, 0.0), std::vector<double>(128, 0.0)};
+  for (int k = 0; k < stack.count; ++k) {
+    const Image image = stack.image(k);
+    for (int y = 0; y < 128; ++y)
+      for (int x = 0; x < 128; ++x)
+        for (int c = 0; c < 4; ++c) {
+          step[0][static_cast<std::size_t>(x)] += static_cast<double>(std::abs(image.at(x, y)[c] - image.at((x + 1) % 128, y)[c]));
+          step[1][static_cast<std::size_t>(y)] += static_cast<double>(std::abs(image.at(x, y)[c] - image.at(x, (y + 1) % 128)[c]));
+        }
+  }
+  for (const auto& steps : step) EXPECT_LE(steps.back(), *std::max_element(steps.begin(), steps.end() - 1));
 }
 
 }  // namespace
