@@ -232,6 +232,7 @@ Image contact_sheet(const Pack& pack, const Scene* scene, const SheetOptions& sh
   options.camera = frame_points(outline(pack), kAzimuth, elevation_for(stack, sheet.up), kAngle, sheet.up);
   options.width = options.height = sheet.tile;
   options.threads = sheet.threads;
+  options.two_sided = sheet.two_sided;
   options.cyclic = pack.cyclic;
   options.grid = pack.grid;
   options.lights = sheet.lights;

@@ -39,6 +39,7 @@ struct ViewOptions {
   int level = -1;                      // volume: use this level only; −1: by the cone's aperture, two levels blended
   int slice_axis = -1;                 // slices: −1 chooses the axis by the rule of docs/view.md
   int threads = 0;
+  Sidedness two_sided = Sidedness::kAuto;  // truth: as the pack was baked
   // Truth of a pack that repeats: one period of the scene repeated along these axes, as far as it lies within the pack's grid.
   std::array<bool, 3> cyclic{false, false, false};
   Grid grid;
@@ -58,6 +59,7 @@ struct SheetOptions {
   std::vector<Light> lights;           // what was baked into the slices; empty: they are albedo
   bool shadows = false;                // whether those lights cast shadows
   int threads = 0;
+  Sidedness two_sided = Sidedness::kAuto;
 };
 
 // The pack's preview.png: truth (where `scene` is given), volume, slices from a grazing angle and a coarser level, side by side from one

@@ -81,7 +81,7 @@ V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f&
   if (is_turned(hit.triangle)) n = -n;
   const V3d v = -ray.direction;
   if (n.dot(v) < 0) {
-    if (!textures.two_sided(m, Sidedness::kAuto)) return sum;  // its back: no light of its own gets there
+    if (!textures.two_sided(m, options.two_sided)) return sum;  // its back: no light of its own gets there
     n = -n;
   }
   // On the triangle itself, in double: no self-shadowing from the ray's rounding.
@@ -102,7 +102,7 @@ V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f&
 RayScene::Hit Truth::next_hit(const Rays::Ray& ray, double from) const {
   const double width = sample_share * rays.footprint(0), spread = sample_share * rays.footprint(1) - width;
   const RayScene::Hit hit = geometry.first_covered_hit(ray.origin, ray.direction, from, width, spread);
-  if (hit.triangle == kNoIndex || faces_eye(hit) || textures.two_sided(material(hit.triangle), Sidedness::kAuto)) return hit;
+  if (hit.triangle == kNoIndex || faces_eye(hit) || textures.two_sided(material(hit.triangle), options.two_sided)) return hit;
   const RayScene::Hit other = geometry.first_covered_hit(ray.origin, ray.direction, hit.distance + geometry.skin() * 0.1, width, spread);
   const bool twin = other.triangle != kNoIndex && faces_eye(other) && other.distance - hit.distance < 2 * geometry.skin();
   return twin ? other : hit;

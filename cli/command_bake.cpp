@@ -197,7 +197,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome, doubl
     Report views;  // its pictures time themselves; here they count as one stage
     views.progress = report.progress;
     const SheetOptions sheet{.tile = kTile, .up = up_axis(settings.recipe.up, scene.sources), .lights = settings.recipe.lights,
-                             .shadows = settings.recipe.shadows, .threads = settings.recipe.threads};
+                             .shadows = settings.recipe.shadows, .threads = settings.recipe.threads, .two_sided = settings.recipe.two_sided};
     pack.preview = contact_sheet(pack, &scene, sheet, views);
     for (const Issue& issue : views.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
   }

@@ -126,6 +126,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
     Scene scene = input_scene(baked, report);
     warn_of_other_sources(pack, scene, report);
     scene = meshed(std::move(scene), recorded, report);
+    options.two_sided = recorded.two_sided;
     options.cyclic = pack.cyclic;
     options.grid = pack.grid;
     return view_truth(scene, options, report);
