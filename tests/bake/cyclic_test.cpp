@@ -429,6 +429,17 @@ TEST(Cyclic, PeriodsAreWholeNumbersOfVoxels) {
   recipe.resolution.x = 63;
   EXPECT_NE(message().find("the period along y, 1.5, is 31.5 voxels of 0.047619"), std::string::npos) << message();
   EXPECT_NE(message().find("--resolution 64 fits"), std::string::npos) << message();
+  // What the message advises fits, also where the longest side does not repeat.
+  scene = empty_scene();
+  add_box(scene, V3d(0, 0, 0), V3d(1, 0.7, 4.1));
+  recipe.resolution.x = 128;
+  const std::string advice = message();
+  ASSERT_NE(advice.find("--resolution "), std::string::npos) << advice;
+  recipe.resolution.x = std::stoi(advice.substr(advice.find("--resolution ") + 13));
+  EXPECT_NEAR(recipe.resolution.x, 128, 40);
+  EXPECT_EQ(message(), "none");
+  scene = empty_scene();
+  add_box(scene, V3d(0, 0, 0), V3d(3, 1.5, 0.7));
   recipe.voxel_size = 0.4;
   EXPECT_NE(message().find("the period along x, 3, is 7.5 voxels"), std::string::npos) << message();
   EXPECT_NE(message().find("give a --box"), std::string::npos) << message();
