@@ -567,5 +567,52 @@ TEST(Cyclic, NoiseHasNoSeam) {
   for (const auto& steps : step) EXPECT_LE(steps.back(), *std::max_element(steps.begin(), steps.end() - 1));
 }
 
+double figure(const Pack& pack, const std::string& measure) {
+  for (const ErrorFigure& e : pack.errors)
+    if (e.measure == measure) return e.value;
+  ADD_FAILURE() << "no " << measure;
+  return 1;
+}
+
+// A period as large as the solid, its borders anywhere through it: every piece comes in again, and area and volume are those of the mesh. Bound:
+// rounding of some 10⁵ sums.
+void expect_nothing_lost(const Scene& scene, int n, Random& random) {
+  Box3d bounds;
+  for (const V3d& p : scene.mesh.points) bounds.extendBy(p);
+  const double side = std::max({bounds.size().x, bounds.size().y, bounds.size().z}) * 1.01;
+  Recipe recipe = volume_recipe(n);
+  recipe.cyclic = {true, true, true};
+  recipe.want.normal = recipe.want.ndf = recipe.want.levels = false;
+  const V3d corner = bounds.min + V3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)) * side;
+  recipe.box = Box3d(corner, corner + V3d(side));
+  const Pack pack = bake_quietly(scene, recipe);
+  EXPECT_LT(std::abs(figure(pack, "area_relative")), 1e-12);
+  EXPECT_LT(std::abs(figure(pack, "volume_relative")), 1e-12);
+}
+
+TEST(Cyclic, NothingIsLostWhereverTheBordersAre) {
+  Random random(11);
+  Scene ball = empty_scene();
+  add_ball(ball, 0.4, 16);
+  for (int i = 0; i < 40; ++i) {
+    const Rotation turn = random_rotation(random);
+    expect_nothing_lost(transformed(ball, turn), 8 + i, random);
+  }
+}
+
+TEST(Cyclic, NothingIsLostOfModels) {
+  Random random(12);
+  int there = 0;
+  for (const std::string& name : closed_models()) {
+    Scene scene;
+    std::string reason;
+    if (!load_model(name, scene, reason)) continue;
+    SCOPED_TRACE(name);
+    expect_nothing_lost(scene, 64, random);
+    ++there;
+  }
+  if (there == 0) GTEST_SKIP() << "the models are not there: " << model_path("");
+}
+
 }  // namespace
 }  // namespace texel::test
