@@ -246,7 +246,7 @@ int command_bake(const Settings& settings) {
 
   keep_freed_memory();
   Report report;
-  Outcome outcome;
+  static Outcome outcome;  // never destroyed (main.cpp)
   const double start = now_seconds();
   const auto finish = [&](const std::string& message) {
     report.progress = nullptr;
