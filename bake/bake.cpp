@@ -19,6 +19,7 @@
 #include "bake/polygonize.h"
 #include "bake/quantize.h"
 #include "bake/repeat.h"
+#include "bake/repeat_functions.h"
 #include "bake/slice.h"
 #include "bake/surface.h"
 #include "bake/texture.h"
@@ -243,8 +244,9 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
 
   // Height fields and implicit surfaces become triangles first, unless the caller has seen to it.
   std::optional<Scene> made;
+  if (recipe.cyclic != std::array<bool, 3>{}) made = repeat_functions(given_scene, plan_grid(given_scene, recipe), recipe, report);
   if (!given_scene.heights.empty() || (!given_scene.implicits.empty() && given_scene.mesh.made == 0))
-    made = polygonize(mesh_heights(given_scene, recipe, report), recipe, report);
+    made = polygonize(mesh_heights(made ? *std::move(made) : given_scene, recipe, report), recipe, report);
   const Scene& source = made ? *made : given_scene;
 
   const Want& want = recipe.want;
@@ -269,7 +271,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   const bool cyclic = recipe.cyclic[0] || recipe.cyclic[1] || recipe.cyclic[2];
   const bool density = source.hypertexture.has_value();
   if (density) {
-    plan.grid = plan_grid(source, recipe);
+    plan.grid = plan_grid(given_scene, recipe);  // of one copy, where it repeats
     kinds.emission = source.materials.front().solid == nullptr && hypertexture_glow(*source.hypertexture) > 0;
   } else {
     StageTimer timer(report, "plan");

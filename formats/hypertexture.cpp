@@ -93,6 +93,7 @@ Interval soft(const Interval& u, const Hypertexture& h) {
 
 // Height along z counts for less, so that turbulence is drawn out upwards.
 constexpr double kUpdraft = 0.4;
+V3d drawn(const V3d& p) { return {p.x, p.y, p.z * kUpdraft}; }
 
 constexpr double kRoot = -0.02, kTip = 0.45;  // fur: noise above which there is hair, at the skin and at the ends of the longest
 constexpr double kCurl = 0.16;                // fur: how far hairs wander over their length, in hair lengths
@@ -106,6 +107,8 @@ class Density : public Field {
     octaves_.seed = h.seed;
     octaves_.filter = filter;
     octaves_.turbulence = h.preset == HypertexturePreset::kFire || h.preset == HypertexturePreset::kMarble;
+    octaves_ = fit_octaves(octaves_, h.preset == HypertexturePreset::kFire ? drawn(h.period) : h.period);
+    cells_ = fit_period(V3d(h.frequency), h.period, "");
     detail_ = octave_weight(1 / h.frequency, filter);
     if (h.preset == HypertexturePreset::kMarble) {
       vein_mean_ = 0;
@@ -151,7 +154,6 @@ class Density : public Field {
   }
 
  private:
-  static V3d drawn(const V3d& p) { return {p.x, p.y, p.z * kUpdraft}; }
   [[nodiscard]] Interval moved(const Interval& f, const Interval& noise) const {
     return soft({(f.low + h_.amount * noise.low) / h_.softness, (f.high + h_.amount * noise.high) / h_.softness}, h_);
   }
@@ -220,14 +222,14 @@ class Density : public Field {
     noise(n, x, y, z, v, gx ? s : nullptr);
     for (std::size_t i = 0; i < n; ++i) {
       const double u = f[i] / h_.softness, shape = soft(u, h_soft_);
-      const double phase = 2 * M_PI * (h_.frequency * x[i] + h_.amount * v[i]);
+      const double phase = 2 * M_PI * (cells_.frequency.x * x[i] + h_.amount * v[i]);
       const double sine = std::sin(phase), vein = detail_ * shaped(sine) + (1 - detail_) * vein_mean_;
       d[i] = shape * vein;
       if (!gx) continue;
       const double t = 0.5 + 0.5 * sine;
       const double curve = detail_ * gain_slope(bias_curve(t, h_.bias), h_.gain) * bias_slope(t, h_.bias) * M_PI * std::cos(phase);
       const double along = soft_slope(u, h_soft_) / h_.softness * vein;
-      gx[i] = along * g[0][i] + shape * curve * (h_.frequency + h_.amount * s[0][i]);
+      gx[i] = along * g[0][i] + shape * curve * (cells_.frequency.x + h_.amount * s[0][i]);
       gy[i] = along * g[1][i] + shape * curve * h_.amount * s[1][i];
       gz[i] = along * g[2][i] + shape * curve * h_.amount * s[2][i];
     }
@@ -242,6 +244,7 @@ class Density : public Field {
     Octaves slow;
     slow.frequency = 0.25 * h_.frequency;
     slow.count = std::min(h_.octaves, 3);
+    slow = fit_octaves(slow, h_.period);
     for (std::uint32_t a = 0; a < 3; ++a) {
       slow.seed = h_.seed + 101 + a;
       octave_values(slow, n, x, y, z, curl[a].data());
@@ -256,9 +259,9 @@ class Density : public Field {
       q[1][i] = y[i] + step * g[1][i] + wander * curl[1][i];
       q[2][i] = z[i] + step * g[2][i] + wander * curl[2][i];
     }
-    for (auto& row : q)
-      for (std::size_t i = 0; i < n; ++i) row[i] *= h_.frequency;
-    noise_values({h_.seed, {0, 0, 0}}, n, q[0].data(), q[1].data(), q[2].data(), v.data());
+    for (int a = 0; a < 3; ++a)
+      for (std::size_t i = 0; i < n; ++i) q[a][i] *= cells_.frequency[a];
+    noise_values({h_.seed, cells_.count}, n, q[0].data(), q[1].data(), q[2].data(), v.data());
     for (std::size_t i = 0; i < n; ++i) {
       if (std::isnan(f[i])) { d[i] = f[i]; continue; }
       if (!(f[i] > 0) || f[i] >= h_.amount) { d[i] = f[i] >= h_.amount ? 1 : 0; continue; }
@@ -311,6 +314,7 @@ class Density : public Field {
   Hypertexture h_, h_soft_{};             // h_soft_: the soft region without curves
   std::shared_ptr<const Field> base_;
   Octaves octaves_;
+  PeriodFit cells_;                       // of the frequency itself
   double detail_ = 1, vein_mean_ = 0.5;
   std::vector<double> hair_;
 };
@@ -318,9 +322,37 @@ class Density : public Field {
 class PresetColor : public SolidTexture {
  public:
   explicit PresetColor(const Hypertexture& h)
-      : h_(h), base_(h.base ? h.base : make_ball(V3d(0, 0, 0), 1)), source_(make_octave_source(std::max(1, static_cast<int>(std::lround(h.frequency))), h.seed)) {}
+      : h_(h), base_(h.base ? h.base : make_ball(V3d(0, 0, 0), 1)), source_(make_octave_source(std::max(1, static_cast<int>(std::lround(h.frequency))), h.seed)) {
+    if (const auto fitted = source_->with_period(h.period, nullptr)) source_ = fitted;
+  }
 
   void colors(std::size_t n, const double* x, const double* y, const double* z, const V3d*, double width, V3f* color) const override {
+    if (h_.copies.shifts.empty()) return colors_of_one(n, x, y, z, width, color);
+    // Those of the copy the point is deepest in, at the point's place in that copy.
+    Row px, py, pz, qx, qy, qz, f, best;
+    for (std::size_t at = 0; at < n; at += kBatch) {
+      const std::size_t count = std::min(kBatch, n - at);
+      best.fill(-std::numeric_limits<double>::infinity());
+      std::copy_n(x + at, count, px.begin());
+      std::copy_n(y + at, count, py.begin());
+      std::copy_n(z + at, count, pz.begin());
+      for (const V3d& shift : h_.copies.shifts) {
+        for (std::size_t i = 0; i < count; ++i) { qx[i] = x[at + i] - shift.x; qy[i] = y[at + i] - shift.y; qz[i] = z[at + i] - shift.z; }
+        base_->values(count, qx.data(), qy.data(), qz.data(), f.data());
+        for (std::size_t i = 0; i < count; ++i) {
+          if (!(f[i] > best[i])) continue;
+          best[i] = f[i];
+          px[i] = qx[i];
+          py[i] = qy[i];
+          pz[i] = qz[i];
+        }
+      }
+      colors_of_one(count, px.data(), py.data(), pz.data(), width, color + at);
+    }
+  }
+
+ private:
+  void colors_of_one(std::size_t n, const double* x, const double* y, const double* z, double width, V3f* color) const {
     Row f, v, raised, g[3], q[3];
     for (std::size_t at = 0; at < n; at += kBatch) {
       const std::size_t count = std::min(kBatch, n - at);
@@ -334,7 +366,7 @@ class PresetColor : public SolidTexture {
           static constexpr ColorStop kStone[] = {{0, {0.12f, 0.085f, 0.06f}}, {0.45, {0.30f, 0.22f, 0.15f}}, {0.7, {0.45f, 0.36f, 0.26f}}, {1, {0.62f, 0.55f, 0.45f}}};
           octaves.frequency *= 2;
           octaves.seed += 7;
-          octave_values(octaves, count, px, py, pz, v.data());
+          octave_values(fit_octaves(octaves, h_.period), count, px, py, pz, v.data());
           for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kStone, 0.5 + v[i]);
           break;
         }
@@ -344,17 +376,17 @@ class PresetColor : public SolidTexture {
           octaves.turbulence = true;
           base_->values(count, px, py, pz, f.data());
           for (std::size_t i = 0; i < count; ++i) raised[i] = pz[i] * kUpdraft;
-          octave_values(octaves, count, px, py, raised.data(), v.data());
+          octave_values(fit_octaves(octaves, drawn(h_.period)), count, px, py, raised.data(), v.data());
           for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kHeat, (f[i] - h_.iso + h_.amount * v[i]) / h_.softness);
           break;
         }
         case HypertexturePreset::kMarble: {
           static constexpr ColorStop kVeins[] = {{0, {0.08f, 0.09f, 0.12f}}, {0.35, {0.35f, 0.36f, 0.38f}}, {0.7, {0.78f, 0.77f, 0.74f}}, {1, {0.88f, 0.87f, 0.84f}}};
           octaves.turbulence = true;
-          octave_values(octaves, count, px, py, pz, v.data());
-          const double detail = octave_weight(1 / h_.frequency, width);
+          octave_values(fit_octaves(octaves, h_.period), count, px, py, pz, v.data());
+          const double detail = octave_weight(1 / h_.frequency, width), veins = fit_period(V3d(h_.frequency), h_.period, "").frequency.x;
           for (std::size_t i = 0; i < count; ++i)
-            to[i] = color_ramp(kVeins, 0.5 + 0.5 * detail * std::sin(2 * M_PI * (h_.frequency * px[i] + h_.amount * v[i])));
+            to[i] = color_ramp(kVeins, 0.5 + 0.5 * detail * std::sin(2 * M_PI * (veins * px[i] + h_.amount * v[i])));
           break;
         }
         case HypertexturePreset::kFur: {
@@ -368,7 +400,7 @@ class PresetColor : public SolidTexture {
             q[2][i] = pz[i] + step * g[2][i];
           }
           octaves = {.frequency = h_.frequency / 8, .count = 4, .seed = h_.seed + 55, .filter = width};
-          octave_values(octaves, count, q[0].data(), q[1].data(), q[2].data(), v.data());
+          octave_values(fit_octaves(octaves, h_.period), count, q[0].data(), q[1].data(), q[2].data(), v.data());
           for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kCoat, 0.25 + 0.5 * std::clamp(1 - f[i] / h_.amount, 0.0, 1.0) + 0.8 * v[i]);
           break;
         }
@@ -376,7 +408,6 @@ class PresetColor : public SolidTexture {
     }
   }
 
- private:
   Hypertexture h_;
   std::shared_ptr<const Field> base_;
   std::shared_ptr<const SolidTexture> source_;
@@ -403,7 +434,16 @@ const char* hypertexture_name(HypertexturePreset preset) {
   return "";
 }
 
-std::shared_ptr<const Field> make_density(const Hypertexture& hypertexture, double filter) { return std::make_shared<Density>(hypertexture, filter); }
+PeriodFit hypertexture_fit(const Hypertexture& h) {
+  if (h.preset == HypertexturePreset::kFog) return {};
+  const char* what = h.preset == HypertexturePreset::kMarble ? "veins or lattice cells" : h.preset == HypertexturePreset::kFur ? "hairs" : "lattice cells";
+  if (h.preset == HypertexturePreset::kOctaves) return fit_period(V3d(std::max(1.0, std::nearbyint(h.frequency))), h.period, what);
+  return fit_period(V3d(h.frequency), h.preset == HypertexturePreset::kFire ? drawn(h.period) : h.period, what);
+}
+
+std::shared_ptr<const Field> make_density(const Hypertexture& hypertexture, double filter) {
+  return repeat_field(std::make_shared<Density>(hypertexture, filter), hypertexture.copies);
+}
 
 std::shared_ptr<const SolidTexture> hypertexture_color(const Hypertexture& hypertexture) { return std::make_shared<PresetColor>(hypertexture); }
 

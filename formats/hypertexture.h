@@ -6,6 +6,8 @@
 
 #include "formats/field.h"
 #include "formats/noise.h"
+#include "formats/period_fit.h"
+#include "formats/repeated_field.h"
 #include "formats/solid_texture.h"
 
 namespace texel {
@@ -31,7 +33,14 @@ struct Hypertexture {
   std::uint32_t seed = 0;
   std::shared_ptr<const Field> base;  // null: the ball of radius 1 about the origin, f = 1 − |p|
   double iso = 0;
+  // What repeats: copies of a shape that ends, each with its own noise; noise that repeats by itself where the shape does not end (world units,
+  // per axis; 0: not along it).
+  Copies copies{};
+  V3d period{0, 0, 0};
 };
+
+// Lattice cells of the noise (marble: veins) in each period: what the preset makes of its frequency there.
+[[nodiscard]] PeriodFit hypertexture_fit(const Hypertexture& hypertexture);
 
 // The defaults of a preset, for the ball. `name`: fog, eroded, fire, marble, fur, octaves; false: no such preset.
 [[nodiscard]] bool find_hypertexture(std::string_view name, Hypertexture* out);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/period_fit.h"
+
 namespace texel {
 namespace {
 
@@ -187,13 +189,14 @@ Noise octave_noise(const Octaves& octaves, int i, double scale) {
   return noise;
 }
 
-// call(noise, cells a world unit, amplitude, weight) for each octave; a weight of 0 means that only the mean is left.
+// call(noise, cells a world unit along each axis, amplitude, weight) for each octave; a weight of 0 means that only the mean is left.
 template <class Call>
 void for_each_octave(const Octaves& octaves, Call&& call) {
   double scale = 1, amplitude = 1;
+  const double finest = std::max({octaves.axes.x, octaves.axes.y, octaves.axes.z});
   for (int i = 0; i < std::clamp(octaves.count, 1, kMostOctaves); ++i) {
     const double frequency = octaves.frequency * scale;
-    call(octave_noise(octaves, i, scale), frequency, amplitude, octave_weight(1 / frequency, octaves.filter));
+    call(octave_noise(octaves, i, scale), octaves.axes * frequency, amplitude, octave_weight(1 / (frequency * finest), octaves.filter));
     scale *= octaves.lacunarity;
     amplitude *= octaves.gain;
   }
@@ -249,10 +252,10 @@ void octave_values(const Octaves& octaves, std::size_t n, const double* x, const
   for (std::size_t at = 0; at < n; at += kBatch) {
     const std::size_t count = std::min(kBatch, n - at);
     sum.fill(0);
-    for_each_octave(octaves, [&](const Noise& noise, double frequency, double amplitude, double weight) {
+    for_each_octave(octaves, [&](const Noise& noise, const V3d& frequency, double amplitude, double weight) {
       const double share = amplitude * weight, mean = octaves.turbulence ? amplitude * (1 - weight) * kNoiseMeanAbs : 0;
       if (weight > 0) {
-        for (std::size_t i = 0; i < count; ++i) { px[i] = x[at + i] * frequency; py[i] = y[at + i] * frequency; pz[i] = z[at + i] * frequency; }
+        for (std::size_t i = 0; i < count; ++i) { px[i] = x[at + i] * frequency.x; py[i] = y[at + i] * frequency.y; pz[i] = z[at + i] * frequency.z; }
         batch_values(noise, count, px.data(), py.data(), pz.data(), v.data());
         for (std::size_t i = 0; i < count; ++i) sum[i] += share * (octaves.turbulence ? std::abs(v[i]) : v[i]) + mean;
       } else {
@@ -268,21 +271,20 @@ void octave_gradients(const Octaves& octaves, std::size_t n, const double* x, co
   for (std::size_t at = 0; at < n; at += kBatch) {
     const std::size_t count = std::min(kBatch, n - at);
     for (auto* s : {&sum, &sx, &sy, &sz}) s->fill(0);
-    for_each_octave(octaves, [&](const Noise& noise, double frequency, double amplitude, double weight) {
+    for_each_octave(octaves, [&](const Noise& noise, const V3d& frequency, double amplitude, double weight) {
       const double share = amplitude * weight, mean = octaves.turbulence ? amplitude * (1 - weight) * kNoiseMeanAbs : 0;
       if (!(weight > 0)) {
         for (std::size_t i = 0; i < count; ++i) sum[i] += mean + 0 * (x[at + i] + y[at + i] + z[at + i]);
         return;
       }
-      for (std::size_t i = 0; i < count; ++i) { px[i] = x[at + i] * frequency; py[i] = y[at + i] * frequency; pz[i] = z[at + i] * frequency; }
+      for (std::size_t i = 0; i < count; ++i) { px[i] = x[at + i] * frequency.x; py[i] = y[at + i] * frequency.y; pz[i] = z[at + i] * frequency.z; }
       batch_gradients(noise, count, px.data(), py.data(), pz.data(), v.data(), vx.data(), vy.data(), vz.data());
       for (std::size_t i = 0; i < count; ++i) {
         const double sign = !octaves.turbulence ? 1 : v[i] > 0 ? 1 : v[i] < 0 ? -1 : 0;
         sum[i] += share * (octaves.turbulence ? std::abs(v[i]) : v[i]) + mean;
-        const double slope = share * sign * frequency;
-        sx[i] += slope * vx[i];
-        sy[i] += slope * vy[i];
-        sz[i] += slope * vz[i];
+        sx[i] += share * sign * frequency.x * vx[i];
+        sy[i] += share * sign * frequency.y * vy[i];
+        sz[i] += share * sign * frequency.z * vz[i];
       }
     });
     std::copy_n(sum.data(), count, value + at);
@@ -294,7 +296,7 @@ void octave_gradients(const Octaves& octaves, std::size_t n, const double* x, co
 
 Interval octave_range(const Octaves& octaves, const Box3d& box) {
   Interval sum{0, 0};
-  for_each_octave(octaves, [&](const Noise& noise, double frequency, double amplitude, double weight) {
+  for_each_octave(octaves, [&](const Noise& noise, const V3d& frequency, double amplitude, double weight) {
     const double share = amplitude * weight, mean = octaves.turbulence ? amplitude * (1 - weight) * kNoiseMeanAbs : 0;
     Interval part{0, 0};
     if (weight > 0) part = noise_range(noise, {box.min * frequency, box.max * frequency});
@@ -309,9 +311,20 @@ Interval octave_range(const Octaves& octaves, const Box3d& box) {
   return {sum.low - rounding, sum.high + rounding};
 }
 
+Octaves fit_octaves(Octaves octaves, const V3d& period) {
+  const PeriodFit fit = fit_period(octaves.axes * octaves.frequency, period, "");
+  octaves.period = fit.count;
+  // Of the first axis with a period the frequency is exact, and so of all where they have one.
+  int first = 0;
+  while (first < 2 && fit.count[first] == 0) ++first;
+  octaves.frequency = fit.frequency[first];
+  for (int a = 0; a < 3; ++a) octaves.axes[a] = fit.frequency[a] / octaves.frequency;
+  return octaves;
+}
+
 double octave_mean(const Octaves& octaves) {
   double mean = 0;
-  if (octaves.turbulence) for_each_octave(octaves, [&](const Noise&, double, double amplitude, double) { mean += amplitude * kNoiseMeanAbs; });
+  if (octaves.turbulence) for_each_octave(octaves, [&](const Noise&, const V3d&, double amplitude, double) { mean += amplitude * kNoiseMeanAbs; });
   return mean;
 }
 

@@ -41,8 +41,13 @@ struct Octaves {
   std::uint32_t seed = 0;
   V3i period{0, 0, 0};         // lattice cells of the first octave; 0: none
   double filter = 0;           // width of what the sum is seen through, world units: octaves it cannot show are replaced by their mean
+  V3d axes{1, 1, 1};           // frequency along each axis over `frequency`: other than 1 where a period is no whole number of cells
 };
 inline constexpr int kMostOctaves = 24;
+
+// The octaves repeating with `period` (world units, per axis; 0: not along it): the nearest whole number of lattice cells >= 1 in each. Where they
+// fit already only their period is set. Repeats to rounding, and bit for bit where period, frequency and places are short binary fractions.
+[[nodiscard]] Octaves fit_octaves(Octaves octaves, const V3d& period);
 
 // Weight in [0, 1] of an octave with lattice cells of `cell` world units seen through voxels of width `filter`: 0 up to two voxels a cell,
 // 1 from four on, between them 3s² − 2s³ in s = cell/(2·filter) − 1. Nothing jumps when the filter's width changes.

@@ -8,6 +8,7 @@
 
 #include "formats/color_ramp.h"
 #include "formats/noise.h"
+#include "formats/period_fit.h"
 
 namespace texel {
 namespace {
@@ -19,13 +20,33 @@ constexpr ColorStop kMarble[] = {{0, {0.05f, 0.06f, 0.09f}}, {0.25, {0.28f, 0.29
 constexpr ColorStop kWood[] = {{0, {0.42f, 0.23f, 0.10f}}, {0.6, {0.33f, 0.16f, 0.065f}}, {0.9, {0.16f, 0.07f, 0.028f}}, {1, {0.40f, 0.22f, 0.095f}}};
 constexpr ColorStop kGranite[] = {{0, {0.025f, 0.025f, 0.03f}}, {0.3, {0.10f, 0.09f, 0.09f}}, {0.42, {0.42f, 0.36f, 0.33f}}, {0.6, {0.55f, 0.47f, 0.43f}}, {0.75, {0.75f, 0.73f, 0.71f}}, {1, {0.85f, 0.84f, 0.82f}}};
 
+const V3d kVeins(1, 0.5, 0);      // marble: veins a size along each axis
+const V3d kFibre(40, 40, 2);      // wood: fibres, how much finer than the rings' wobble
+
 class NoiseTexture : public SolidTexture {
  public:
-  NoiseTexture(SolidKind kind, double size, std::uint32_t seed) : kind_(kind), frequency_(1 / size), seed_(seed) {
+  NoiseTexture(SolidKind kind, double size, std::uint32_t seed, const V3d& period = {0, 0, 0}) : kind_(kind), size_(size), frequency_(1 / size), seed_(seed), period_(period) {
+    if (kind == SolidKind::kMarble) noise_ = {.frequency = frequency_, .count = 6, .turbulence = true, .seed = seed};
+    if (kind == SolidKind::kWood) noise_ = {.frequency = frequency_, .count = 3, .seed = seed};
+    if (kind == SolidKind::kGranite) noise_ = {.frequency = 10 * frequency_, .count = 3, .gain = 0.7, .seed = seed};
+    noise_ = fit_octaves(noise_, period);
+    fibres_ = fit_octaves({.frequency = frequency_, .count = 2, .seed = seed + 31}, kFibre * period);
+    veins_ = vein_fit().frequency / (kVeins * frequency_);
     for (int i = 0; i < 512; ++i) {
       vein_mean_ += color_ramp(kMarble, vein(std::sin(2 * M_PI * (i + 0.5) / 512))) / 512.0f;
       ring_mean_ += color_ramp(kWood, (i + 0.5) / 512) / 512.0f;
     }
+  }
+
+  [[nodiscard]] std::shared_ptr<const SolidTexture> with_period(const V3d& period, std::string* changed) const override {
+    auto made = std::make_shared<NoiseTexture>(kind_, size_, seed_, period);
+    if (!changed) return made;
+    const double cells = kind_ == SolidKind::kGranite ? 10 * frequency_ : frequency_;
+    *changed = kind_ == SolidKind::kMarble ? made->vein_fit().changed : "";
+    const auto add = [&](const std::string& text) { *changed += (changed->empty() || text.empty() ? "" : "; ") + text; };
+    if (kind_ == SolidKind::kWood && (period.x > 0 || period.y > 0)) add("rings about one line a period");
+    add(fit_period(V3d(cells), period, kind_ == SolidKind::kGranite ? "grains" : "lattice cells").changed);
+    return made;
   }
 
   void colors(std::size_t n, const double* x, const double* y, const double* z, const V3d*, double width, V3f* color) const override {
@@ -36,27 +57,28 @@ class NoiseTexture : public SolidTexture {
       V3f* to = color + at;
       if (kind_ == SolidKind::kMarble) {
         // Veins across x + y/2, bent by turbulence.
-        octave_values({.frequency = frequency_, .count = 6, .turbulence = true, .seed = seed_, .filter = width}, count, px, py, pz, v.data());
+        octave_values(seen(noise_, width), count, px, py, pz, v.data());
         const auto detail = static_cast<float>(octave_weight(1 / frequency_, width));
         for (std::size_t i = 0; i < count; ++i) {
-          const double phase = 2 * M_PI * (frequency_ * (px[i] + 0.5 * py[i]) + 2 * v[i]);
+          const double phase = 2 * M_PI * (frequency_ * (veins_.x * px[i] + veins_.y * (0.5 * py[i])) + 2 * v[i]);
           to[i] = std::isfinite(phase) ? color_ramp(kMarble, vein(std::sin(phase))) * detail + vein_mean_ * (1 - detail) : vein_mean_;
         }
       } else if (kind_ == SolidKind::kWood) {
         // Rings about the z axis, ten to `size`, wobbling, with fibres along z.
-        octave_values({.frequency = frequency_, .count = 3, .seed = seed_, .filter = width}, count, px, py, pz, v.data());
+        octave_values(seen(noise_, width), count, px, py, pz, v.data());
         Row fx, fy, fz;
-        for (std::size_t i = 0; i < count; ++i) { fx[i] = px[i] * 40; fy[i] = py[i] * 40; fz[i] = pz[i] * 2; }
-        octave_values({.frequency = frequency_, .count = 2, .seed = seed_ + 31, .filter = 40 * width}, count, fx.data(), fy.data(), fz.data(), w.data());
+        for (std::size_t i = 0; i < count; ++i) { fx[i] = px[i] * kFibre.x; fy[i] = py[i] * kFibre.y; fz[i] = pz[i] * kFibre.z; }
+        octave_values(seen(fibres_, 40 * width), count, fx.data(), fy.data(), fz.data(), w.data());
         const auto detail = static_cast<float>(octave_weight(0.1 / frequency_, width));
         for (std::size_t i = 0; i < count; ++i) {
-          const double rings = 10 * frequency_ * std::sqrt(px[i] * px[i] + py[i] * py[i]) + 1.5 * v[i];
+          const double ax = from_axis(px[i], period_.x), ay = from_axis(py[i], period_.y);
+          const double rings = 10 * frequency_ * std::sqrt(ax * ax + ay * ay) + 1.5 * v[i];
           const V3f ring = std::isfinite(rings) ? color_ramp(kWood, rings - std::floor(rings)) * detail + ring_mean_ * (1 - detail) : ring_mean_;
           to[i] = ring * static_cast<float>(std::isfinite(w[i]) ? 1 + 0.5 * w[i] : 1);
         }
       } else {
         // Grains of two sizes, ten of the larger to `size`.
-        octave_values({.frequency = 10 * frequency_, .count = 3, .gain = 0.7, .seed = seed_, .filter = width}, count, px, py, pz, v.data());
+        octave_values(seen(noise_, width), count, px, py, pz, v.data());
         for (std::size_t i = 0; i < count; ++i) to[i] = color_ramp(kGranite, 0.5 + 0.85 * v[i]);
       }
     }
@@ -66,9 +88,20 @@ class NoiseTexture : public SolidTexture {
   // Narrow dark veins in light stone.
   static double vein(double sine) { return 1 - std::pow(0.5 + 0.5 * sine, 3); }
 
+  static Octaves seen(Octaves octaves, double width) {
+    octaves.filter = width;
+    return octaves;
+  }
+  // Along an axis with a period rings lie about one line a period, and join half way.
+  static double from_axis(double x, double period) { return period > 0 ? period / M_PI * std::sin(M_PI / period * x) : x; }
+  [[nodiscard]] PeriodFit vein_fit() const { return fit_period(kVeins * frequency_, {period_.x, period_.y, 0}, "veins"); }
+
   SolidKind kind_;
-  double frequency_;
+  double size_, frequency_;
   std::uint32_t seed_;
+  V3d period_;
+  Octaves noise_, fibres_;
+  V3d veins_{1, 1, 1};
   V3f vein_mean_{0, 0, 0}, ring_mean_{0, 0, 0};
 };
 
@@ -143,7 +176,8 @@ V3f sample(const Chain& chain, double u, double v, double width) {
 
 class PlaneTexture : public SolidTexture {
  public:
-  PlaneTexture(const std::array<std::shared_ptr<const Image>, 3>& pictures, double size, PlaneBlend blend) : size_(size), blend_(blend) {
+  PlaneTexture(const std::array<std::shared_ptr<const Image>, 3>& pictures, double size, PlaneBlend blend) : blend_(blend) {
+    size_.fill({size, size});
     std::map<const Image*, std::shared_ptr<const Chain>> made;  // one picture may stand on several planes
     for (std::size_t k = 0; k < 3; ++k) {
       auto& chain = made[pictures[k].get()];
@@ -153,15 +187,32 @@ class PlaneTexture : public SolidTexture {
     }
   }
 
+  [[nodiscard]] std::shared_ptr<const SolidTexture> with_period(const V3d& period, std::string* changed) const override {
+    auto made = std::make_shared<PlaneTexture>(*this);
+    std::string said;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int u = across(k), v = up(k);
+      V3d frequency(0, 0, 0), length = period;
+      length[static_cast<int>(k)] = 0;
+      frequency[u] = 1 / size_[k].x;
+      frequency[v] = shape(k) / size_[k].y;
+      const PeriodFit fit = fit_period(frequency, length, "pictures");
+      if (fit.count[u] > 0) made->size_[k].x = period[u] / fit.count[u];
+      if (fit.count[v] > 0) made->size_[k].y = period[v] / fit.count[v] * shape(k);
+      if (!fit.changed.empty() && said.find(fit.changed) == std::string::npos) said += (said.empty() ? "" : "; ") + fit.changed;
+    }
+    if (changed) *changed = said;
+    return made;
+  }
+
   void colors(std::size_t n, const double* x, const double* y, const double* z, const V3d* normal, double width, V3f* color) const override {
     for (std::size_t i = 0; i < n; ++i) {
-      const double p[3] = {x[i] / size_, y[i] / size_, z[i] / size_};
+      const double p[3] = {x[i], y[i], z[i]};
       V3f seen[3];
       for (std::size_t k = 0; k < 3; ++k) {
         const Chain& chain = *chains_[k];
-        const double shape = static_cast<double>(chain.levels.front().width) / chain.levels.front().height;
-        const double u = p[k == 0 ? 1 : 0], v = p[k == 2 ? 1 : 2];
-        seen[k] = sample(chain, u, v * shape, width / size_);
+        const double u = p[across(k)] / size_[k].x, v = p[up(k)] / size_[k].y;
+        seen[k] = sample(chain, u, v * shape(k), width / std::min(size_[k].x, size_[k].y));
       }
       double weight[3] = {0, 0, 0}, total = 0;
       if (blend_ == PlaneBlend::kNormal && normal)
@@ -180,21 +231,41 @@ class PlaneTexture : public SolidTexture {
 
  private:
   std::array<std::shared_ptr<const Chain>, 3> chains_;
+  static int across(std::size_t k) { return k == 0 ? 1 : 0; }
+  static int up(std::size_t k) { return k == 2 ? 1 : 2; }
+  [[nodiscard]] double shape(std::size_t k) const { return static_cast<double>(chains_[k]->levels.front().width) / chains_[k]->levels.front().height; }
+
   V3f mean_{0, 0, 0};
-  double size_;
+  std::array<Imath::V2d, 3> size_;  // world, of the picture's width on each plane; y: of the width again, as the height would have it
   PlaneBlend blend_;
 };
 
 class OctaveSource : public SolidTexture {
  public:
-  OctaveSource(int cells, std::uint32_t seed) : cells_(cells), noise_{seed, V3i(cells, cells, cells)} {}
+  OctaveSource(int cells, std::uint32_t seed) : cells_(cells), frequency_(cells), noise_{seed, V3i(cells, cells, cells)} {}
+
+  // It repeats every unit: only other periods than whole numbers of them need another lattice.
+  [[nodiscard]] std::shared_ptr<const SolidTexture> with_period(const V3d& period, std::string* changed) const override {
+    auto made = std::make_shared<OctaveSource>(*this);
+    V3d needed = period;
+    for (int a = 0; a < 3; ++a)
+      if (period[a] >= 0.5 && std::abs(period[a] - std::nearbyint(period[a])) <= kSamePeriod * period[a]) needed[a] = 0;
+    const PeriodFit fit = fit_period(V3d(cells_), needed, "lattice cells");
+    for (int a = 0; a < 3; ++a) {
+      if (fit.count[a] == 0) continue;
+      made->frequency_[a] = fit.frequency[a];
+      made->noise_.period[a] = fit.count[a];
+    }
+    if (changed) *changed = fit.changed;
+    return made;
+  }
 
   void colors(std::size_t n, const double* x, const double* y, const double* z, const V3d*, double width, V3f* color) const override {
     Row px, py, pz, v;
     const double share = octave_weight(1.0 / cells_, width) * 0.5 / kNoiseBound;
     for (std::size_t at = 0; at < n; at += kBatch) {
       const std::size_t count = std::min(kBatch, n - at);
-      for (std::size_t i = 0; i < count; ++i) { px[i] = x[at + i] * cells_; py[i] = y[at + i] * cells_; pz[i] = z[at + i] * cells_; }
+      for (std::size_t i = 0; i < count; ++i) { px[i] = x[at + i] * frequency_.x; py[i] = y[at + i] * frequency_.y; pz[i] = z[at + i] * frequency_.z; }
       noise_values(noise_, count, px.data(), py.data(), pz.data(), v.data());
       for (std::size_t i = 0; i < count; ++i) color[at + i] = V3f(static_cast<float>(std::isfinite(v[i]) ? 0.5 + share * v[i] : 0.5));
     }
@@ -202,6 +273,7 @@ class OctaveSource : public SolidTexture {
 
  private:
   int cells_;
+  V3d frequency_;
   Noise noise_;
 };
 
