@@ -242,9 +242,9 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   std::unique_ptr<tbb::global_control> limit;
   if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
 
-  // Height fields and implicit surfaces become triangles first, unless the caller has seen to it.
+  // Patterns are given their period, then height fields and implicit surfaces become triangles, unless the caller has seen to it.
   std::optional<Scene> made;
-  if (recipe.cyclic != std::array<bool, 3>{}) made = repeat_functions(given_scene, plan_grid(given_scene, recipe), recipe, report);
+  if (recipe.cyclic != std::array<bool, 3>{} && has_patterns(given_scene)) made = repeat_patterns(given_scene, plan_grid(given_scene, recipe), recipe, report);
   if (!given_scene.heights.empty() || (!given_scene.implicits.empty() && given_scene.mesh.made == 0))
     made = polygonize(mesh_heights(made ? *std::move(made) : given_scene, recipe, report), recipe, report);
   const Scene& source = made ? *made : given_scene;

@@ -11,6 +11,7 @@
 
 #include "bake/bake.h"
 #include "bake/cube_loops.h"
+#include "bake/repeat_functions.h"
 #include "formats/error.h"
 
 namespace texel {
@@ -520,7 +521,8 @@ Scene polygonize(Scene scene, const Recipe& recipe, Report& report) {
   const std::size_t given = mesh.triangles.size();
   mesh.normals.resize(mesh.points.size(), V3f(0, 0, 0));
   std::int64_t bricks = 0, sampled = 0;
-  for (const Implicit& solid : scene.implicits) {
+  for (const Implicit& one : scene.implicits) {
+    const Implicit solid = repeat_solid(one, grid, recipe, report);
     Polygonizer work{solid, {grid, grid.n + V3i(2, 2, 2)}, {}, report, {}};
     for (int a = 0; a < 3; ++a) work.bricks[a] = (work.lattice.last[a] + kCells - 1) / kCells;
     work.sample_bricks();

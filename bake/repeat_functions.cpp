@@ -177,15 +177,6 @@ void report_seam(const Seam& seam, int axis, const char* what, const std::string
   report.issue("cyclic-seam", text, seam.points, name);
 }
 
-void repeat_solid(Implicit& solid, const Grid& grid, const V3d& period, Report& report) {
-  Box3d box = axis_bounds(*solid.field, solid.iso, grid);
-  Copies copies;  // asked everywhere: of a copy beyond its end nothing but f < iso is known
-  copies.shifts = shifts_into(grown(grid.box(), -kTouch * grid.h), box, period, solid.name);
-  solid.field = repeat_field(solid.field, std::move(copies));
-  for (int a = 0; a < 3; ++a)
-    if (period[a] > 0 && !ends(box, a)) report_seam(solid_seam(*solid.field, solid.iso, grid, a), a, "it is inside on one side only", solid.name, report);
-}
-
 void repeat_density(Hypertexture& texture, const Grid& grid, const V3d& period, Report& report) {
   constexpr double kLeast = std::numeric_limits<double>::denorm_min();
   const bool cube = texture.preset == HypertexturePreset::kOctaves;  // ½ everywhere: nothing but its colour has a period
@@ -207,10 +198,25 @@ void repeat_density(Hypertexture& texture, const Grid& grid, const V3d& period, 
 
 }  // namespace
 
-Scene repeat_functions(Scene scene, const Grid& grid, const Recipe& recipe, Report& report) {
+Implicit repeat_solid(Implicit solid, const Grid& grid, const Recipe& recipe, Report& report) {
+  const V3d period = periods(grid, recipe);
+  if (period == V3d(0, 0, 0)) return solid;
+  const Box3d box = axis_bounds(*solid.field, solid.iso, grid);
+  Copies copies;  // asked everywhere: of a copy beyond its end nothing but f < iso is known
+  copies.shifts = shifts_into(grown(grid.box(), -kTouch * grid.h), box, period, solid.name);
+  solid.field = repeat_field(solid.field, std::move(copies));
+  for (int a = 0; a < 3; ++a)
+    if (period[a] > 0 && !ends(box, a)) report_seam(solid_seam(*solid.field, solid.iso, grid, a), a, "it is inside on one side only", solid.name, report);
+  return solid;
+}
+
+bool has_patterns(const Scene& scene) {
+  return scene.hypertexture || std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.solid != nullptr; });
+}
+
+Scene repeat_patterns(Scene scene, const Grid& grid, const Recipe& recipe, Report& report) {
   const V3d period = periods(grid, recipe);
   if (period == V3d(0, 0, 0)) return scene;
-  for (Implicit& solid : scene.implicits) repeat_solid(solid, grid, period, report);
   if (scene.hypertexture) repeat_density(*scene.hypertexture, grid, period, report);
   const SolidTexture* before = nullptr;
   std::shared_ptr<const SolidTexture> after;

@@ -48,6 +48,12 @@ struct Lattice {
   }
 };
 
+// One period of what repeats, else as far as there is matter.
+Box3d region(const Scene& scene, const ViewOptions& options) {
+  if (options.cyclic[0] || options.cyclic[1] || options.cyclic[2]) return options.grid.box();
+  return density_bounds(*make_density(*scene.hypertexture, 0));
+}
+
 struct March {
   const Scene& scene;
   const ViewOptions& options;
@@ -66,7 +72,7 @@ struct March {
 
   March(const Scene& s, const ViewOptions& o)
       : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
-        glow(s.materials.front().solid ? 0 : hypertexture_glow(*s.hypertexture)), scale(s.hypertexture->scale), box(density_bounds(*make_density(*s.hypertexture, 0))),
+        glow(s.materials.front().solid ? 0 : hypertexture_glow(*s.hypertexture)), scale(s.hypertexture->scale), box(region(s, o)),
         cells(box, kCells), shade(box, kShadowCells) {
     const V3d size = box.size();
     step = std::max({size.x, size.y, size.z}) / kSteps;

@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "bake/plan.h"
 #include "bake/repeat.h"
+#include "bake/repeat_functions.h"
 #include "bake/shading.h"
 #include "bake/view_density.h"
 #include "formats/error.h"
@@ -153,11 +155,19 @@ void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
 
 }  // namespace
 
-Image view_truth(const Scene& scene, const ViewOptions& options, Report& report) {
+Image view_truth(const Scene& given, const ViewOptions& options, Report& report) {
   if (options.samples < 1 || options.samples > 1 << 16) throw Error(Code::kCommandLine, "", "samples per pixel out of range (" + std::to_string(options.samples) + ")", "use 1 to 65536");
+  const bool cyclic = options.cyclic[0] || options.cyclic[1] || options.cyclic[2];
+  std::optional<Scene> patterns;
+  if (cyclic && has_patterns(given)) {
+    Recipe recipe;
+    recipe.cyclic = options.cyclic;
+    Report unheard;  // the bake has told
+    patterns = repeat_patterns(given, options.grid, recipe, unheard);
+  }
+  const Scene& scene = patterns ? *patterns : given;
   if (scene.hypertexture) return view_density(scene, options, report);
   const StageTimer timer(report, "view truth");
-  const bool cyclic = options.cyclic[0] || options.cyclic[1] || options.cyclic[2];
   const Scene repeated = cyclic ? repeat_scene(scene, options.grid, options.cyclic) : Scene{};
   const Truth truth(cyclic ? repeated : scene, options, report);
   return trace_pixels(truth.rays, options.samples, options.threads, "view truth", report,

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "bake/polygonize.h"
-#include "bake/repeat_functions.h"
 #include "formats/error.h"
 #include "formats/expression.h"
 #include "formats/solid_textures.h"
@@ -89,7 +88,11 @@ Recipe boxed(int resolution, const Box3d& box, const std::array<bool, 3>& cyclic
   recipe.cyclic = cyclic;
   return recipe;
 }
-std::vector<Issue> issues_of(const Scene& scene, const Recipe& recipe) { return bake_quietly(scene, recipe).issues; }
+std::vector<Issue> issues_of(const Scene& scene, const Recipe& recipe) {
+  std::vector<Issue> issues = bake_quietly(scene, recipe).issues;
+  std::erase_if(issues, [](const Issue& i) { return i.id == "cyclic-levels"; });  // of boxes that are not all powers of two
+  return issues;
+}
 const Issue* find_issue(const std::vector<Issue>& issues, const std::string& id) {
   for (const Issue& i : issues)
     if (i.id == id) return &i;
@@ -98,23 +101,18 @@ const Issue* find_issue(const std::vector<Issue>& issues, const std::string& id)
 
 // The largest difference of a channel over the voxels of `part`, which lies in `whole` from voxel `at` on and wraps around there. Voxels must be
 // active in both or in neither.
-double difference(const Pack& part, const Pack& whole, const V3i& at, const std::string& name, double* mean = nullptr) {
+double difference(const Pack& part, const Pack& whole, const V3i& at, const std::string& name) {
   const Dense a = dense(part.levels[0], name), b = dense(whole.levels[0], name), area = dense(part.levels[0], "area");
   const bool inner = name == "Cd";  // which is spread from the surface: looked at there only
-  double worst = 0, sum = 0;
+  double worst = 0;
   int other = 0, seen = 0;
   for_each_cell(a.n, [&](const V3i& v) {
     const V3i w((v.x + at.x) % b.n.x, (v.y + at.y) % b.n.y, (v.z + at.z) % b.n.z);
     if (inner && !(area.at(v) > 0)) return;
     other += (a.state(v) != 0) != (b.state(w) != 0);
     seen += a.state(v) != 0;
-    for (int c = 0; c < a.components; ++c) {
-      const double d = static_cast<double>(std::abs(a.at(v, c) - b.at(w, c)));
-      worst = std::max(worst, d);
-      sum += d / a.components;
-    }
+    for (int c = 0; c < a.components; ++c) worst = std::max(worst, static_cast<double>(std::abs(a.at(v, c) - b.at(w, c))));
   });
-  if (mean) *mean = sum / seen;
   EXPECT_EQ(other, 0) << name;
   EXPECT_GT(seen, 100) << name;
   return worst;
@@ -130,17 +128,11 @@ TEST(CyclicFields, OnePeriodIsThatOfTheTiling) {
   check_invariants(cyclic);
   EXPECT_TRUE(cyclic.issues.empty());
   // Shifts and places are short binary fractions: both bakes ask the function at the very same points but where a secant has been elsewhere.
-  for (const char* name : {"area", "normal", "solid", "S_diag", "S_off"}) {
+  for (const char* name : {"area", "normal", "solid", "alpha", "S_diag", "S_off", "density"}) {
     const double d = difference(cyclic, tiled, kInner, name);
     std::printf("tiling of blobs: %s differs by %.1e\n", name, d);
     EXPECT_LE(d, 1e-6) << name;
   }
-  // Where matter begins beyond the box, opacity is the rays' mean without the correction by exact areas: two of 4x4 rays at the most.
-  double mean = 0;
-  const double worst = difference(cyclic, tiled, kInner, "alpha", &mean);
-  std::printf("tiling of blobs: alpha differs by %.1e, %.1e in the mean\n", worst, mean);
-  EXPECT_LE(worst, 2.0 / 16);
-  EXPECT_LE(mean, 5e-3);
   // Matter does cross: some voxels of either end of each axis are inside or have surface.
   const Dense solid = dense(cyclic.levels[0], "solid");
   V3i low(0, 0, 0), high(0, 0, 0);
@@ -162,8 +154,7 @@ TEST(CyclicFields, CrossingsAreThoseOfTheTiling) {
   Recipe part = boxed(32, kUnit, kAll), whole = boxed(48, kAround);
   part.samples = whole.samples = 4;
   Report report;
-  const Scene repeated = repeat_functions(solid_of(one), plan_grid(solid_of(one), part), part, report);
-  const auto a = run_stages(polygonize(repeated, part, report), part, true, 1), b = run_stages(polygonize(solid_of(std::make_shared<Tiling>(one)), whole, report), whole, true, 1);
+  const auto a = run_stages(polygonize(solid_of(one), part, report), part, true, 1), b = run_stages(polygonize(solid_of(std::make_shared<Tiling>(one)), whole, report), whole, true, 1);
   std::map<std::tuple<int, int, int>, V3d> crossings;
   for_each_voxel(b->surfaces[0].set, [&](const V3i& v, std::int64_t i) {
     const auto& c = b->surfaces[0].areas[static_cast<std::size_t>(i)].crossings;
