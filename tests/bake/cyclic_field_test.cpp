@@ -362,6 +362,54 @@ TEST(CyclicFields, SolidTexturesRepeat) {
   }
 }
 
+// Copies with and without a reach, and octaves with another frequency along each axis: values within the range of any box, gradients as differences.
+TEST(CyclicFields, RangesAndGradientsOfWhatRepeats) {
+  std::vector<std::shared_ptr<const Field>> fields;
+  std::vector<V3d> shifts;
+  for (int i = 0; i < 27; ++i) shifts.push_back(V3d(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+  fields.push_back(repeat_field(read_expression(kBlobs), {shifts}));
+  fields.push_back(repeat_field(read_expression("sqrt(0.2 - x*x) - abs(y) - z*z"), {shifts}));
+  for (const bool copies : {false, true}) {
+    Hypertexture h;
+    ASSERT_TRUE(find_hypertexture("eroded", &h));
+    h.base = make_ball(V3d(0.125, 0.5, 0.875), 0.5);
+    h.amount = 0.1;
+    h.softness = 0.5;
+    if (copies) h.copies = {shifts, make_density(h, 0)->bounds(0)};
+    else h.period = V3d(0.7, 1.9, 0);
+    fields.push_back(make_density(h, 0));
+  }
+  Random random(9);
+  std::int64_t unknown = 0;
+  double worst = 0;
+  for (std::size_t k = 0; k < fields.size(); ++k)
+    for (int i = 0; i < 400; ++i) {
+      const V3d low(random.uniform(-1, 2), random.uniform(-1, 2), random.uniform(-1, 2)), size = V3d(random.uniform(), random.uniform(), random.uniform()) * std::exp2(-random.uniform(0, 9));
+      const Interval range = fields[k]->range({low, low + size});
+      unknown += std::isnan(range.low);
+      for (int j = 0; j < 8 && !std::isnan(range.low); ++j) {
+        const V3d p = low + size * V3d(random.uniform(), random.uniform(), random.uniform());
+        double f = 0, d[3];
+        fields[k]->gradients(1, &p.x, &p.y, &p.z, &f, &d[0], &d[1], &d[2]);
+        ASSERT_GE(f, range.low) << k;
+        ASSERT_LE(f, range.high) << k;
+        if (k != 2 || !(f > 0.01 && f < 0.99)) continue;
+        for (int a = 0; a < 3; ++a) {
+          V3d q[2] = {p, p};
+          double v[2];
+          for (int side = 0; side < 2; ++side) {
+            q[side][a] += side ? 1e-6 : -1e-6;
+            fields[k]->values(1, &q[side].x, &q[side].y, &q[side].z, &v[side]);
+          }
+          worst = std::max(worst, std::abs((v[1] - v[0]) / 2e-6 - d[a]) / (1 + std::abs(d[a])));
+        }
+      }
+    }
+  EXPECT_GT(unknown, 100);  // the root's
+  EXPECT_LT(unknown, 401);
+  EXPECT_LT(worst, 1e-3);   // 1e-6 of a length over octaves of 1/50 of it
+}
+
 TEST(CyclicFields, FunctionsThatDoNotRepeatAreTold) {
   // Inside for z < 0.5 + x/4: along x a step of a quarter, along y none.
   const Scene ramp = solid_of(read_expression("0.5 + 0.25*x - z"));
