@@ -9,11 +9,14 @@ namespace texel {
 namespace {
 
 constexpr std::size_t kBatch = 64;
+constexpr std::size_t kWorthARange = 8;  // points a range costs about as much as
 using Row = std::array<double, kBatch>;
 
 class Repeated : public Field {
  public:
-  Repeated(std::shared_ptr<const Field> field, Copies copies) : field_(std::move(field)), copies_(std::move(copies)) {}
+  Repeated(std::shared_ptr<const Field> field, Copies copies) : field_(std::move(field)), copies_(std::move(copies)) {
+    for (int a = 0; a < 3; ++a) density_ = density_ || std::isfinite(copies_.reach.min[a]) || std::isfinite(copies_.reach.max[a]);
+  }
 
   void values(std::size_t n, const double* x, const double* y, const double* z, double* f) const override {
     for (std::size_t i = 0; i < n; i += kBatch) batch(std::min(kBatch, n - i), x + i, y + i, z + i, f + i, nullptr, nullptr, nullptr);
@@ -68,17 +71,28 @@ class Repeated : public Field {
     for (Row* g : {&bx, &by, &bz}) g->fill(std::numeric_limits<double>::quiet_NaN());
     for (const V3d& shift : copies_.shifts) {
       std::size_t count = 0;
+      Box3d around;
       for (std::size_t i = 0; i < n; ++i) {
+        if (density_ && best[i] >= 1) continue;  // nothing is denser, and of equal copies the first counts
         const V3d p(x[i] - shift.x, y[i] - shift.y, z[i] - shift.z);
         // Asked so that a point that is no number is within: the field says what it makes of it.
         const Box3d& r = copies_.reach;
         if (p.x < r.min.x || p.y < r.min.y || p.z < r.min.z || p.x > r.max.x || p.y > r.max.y || p.z > r.max.z) continue;
+        around.extendBy(p);
         px[count] = p.x;
         py[count] = p.y;
         pz[count] = p.z;
         of[count++] = i;
       }
       if (count == 0) continue;
+      if (density_ && count >= kWorthARange && field_->range(around).high <= 0) {  // the values it would give, however the points are cut into calls
+        for (std::size_t k = 0; k < count; ++k) {
+          const std::size_t i = of[k];
+          reached[i] = true;
+          if (std::isnan(best[i])) best[i] = bx[i] = by[i] = bz[i] = 0;
+        }
+        continue;
+      }
       if (gx) field_->gradients(count, px.data(), py.data(), pz.data(), v.data(), dx.data(), dy.data(), dz.data());
       else field_->values(count, px.data(), py.data(), pz.data(), v.data());
       for (std::size_t k = 0; k < count; ++k) {
@@ -103,6 +117,7 @@ class Repeated : public Field {
 
   std::shared_ptr<const Field> field_;
   Copies copies_;
+  bool density_ = false;
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace texel {
 // Where the copies of one thing lie. Without shifts there is only the thing itself, where it is.
 struct Copies {
   std::vector<V3d> shifts;  // world
-  // What one copy, unmoved, can be told by: beyond it the field counts as 0. Infinite: asked everywhere.
+  // Of densities, values in [0, 1]: where one copy, unmoved, can be > 0. Infinite along all axes: any field, every copy is asked everywhere.
   Box3d reach{V3d(-std::numeric_limits<double>::infinity()), V3d(std::numeric_limits<double>::infinity())};
 };
 
