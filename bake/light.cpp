@@ -312,7 +312,7 @@ float RayScene::through_periods(const V3d& start, const V3d& direction, double l
   }
   float through = 1;
   double back = 0;
-  for (int k = 0; k < kMostPeriods && through > 0; ++k) {
+  for (int k = 0; k < s.period.most && through > 0; ++k) {
     int wall = -1;
     double exit = length;
     for (int a = 0; a < 3; ++a)

@@ -10,10 +10,12 @@
 
 namespace texel {
 
-// One period of a scene that repeats (world): shadow rays that leave it on these axes come in again on the other side.
+// One period of a scene that repeats (world): shadow rays that leave it on these axes come in again on the other side, up to `most` periods in all. With 1
+// the period stands alone.
 struct ScenePeriod {
   Box3d box;
   std::array<bool, 3> axes{false, false, false};
+  int most = 1000;
 };
 
 // The scene as Embree sees it: centred and scaled to unit size in double before it becomes float, ROBUST, MEDIUM build.
@@ -41,9 +43,8 @@ class RayScene {
   // Distance (world) that a ray must be moved on to leave a hit behind: about 1e-6 of the scene's size.
   [[nodiscard]] double skin() const;
 
-  // Share of light (0…1) from the given light that reaches `point` on a surface with unit normal `normal`, which faces the light. Where the scene
-  // repeats a ray is followed for up to kMostPeriods periods; lights do not repeat.
-  static constexpr int kMostPeriods = 1000;
+  // Share of light (0…1) from the given light that reaches `point` on a surface with unit normal `normal`, which faces the light. Lights do not
+  // repeat with the scene.
   [[nodiscard]] float visibility(const Light& light, const V3d& point, const V3d& normal) const;
 
   struct Impl;

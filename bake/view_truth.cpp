@@ -44,7 +44,7 @@ struct Truth {
 
   Truth(const Scene& s, const ViewOptions& o, Report& report)
       : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), sample_share(1 / std::sqrt(static_cast<double>(o.samples))), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
-        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures, {o.grid.box(), o.cyclic}), turn(turned(s, textures)) {
+        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures, {o.grid.box(), o.cyclic, 1}), turn(turned(s, textures)) {
     uv_scale.resize(s.mesh.triangles.size(), 0.0f);
     for (std::uint32_t t = 0; t < uv_scale.size(); ++t)
       if (textures.textured(material(t))) uv_scale[t] = uv_per_world(s.mesh, t);
