@@ -8,6 +8,7 @@
 namespace texel {
 
 [[nodiscard]] int command_bake(const Settings& settings);
+[[nodiscard]] int command_batch(const Settings& settings);
 [[nodiscard]] int command_info(const Settings& settings);
 [[nodiscard]] int command_check(const Settings& settings);
 [[nodiscard]] int command_view(const Settings& settings);

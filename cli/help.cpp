@@ -15,7 +15,7 @@ struct CommandText {
   const char* examples;
 };
 
-constexpr std::array<CommandText, 4> kCommands = {{
+constexpr std::array<CommandText, 5> kCommands = {{
     {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene (several inputs: one scene)",
      "INPUT is an .obj (with its .mtl and textures), .ply, .stl or .off file, or a picture of heights; --implicit and --perlin-field stand for one.\n"
      "A pack is a folder: manifest.json, volume.vdb with its coarser levels, stacks of RGBA slices and preview.png.\n"
@@ -28,6 +28,14 @@ constexpr std::array<CommandText, 4> kCommands = {{
      "  texel bake crater.png -o crater.texel --extent 4,3 --height 1\n"
      "                                                           a height field\n"
      "  texel bake a.obj b.obj -o ab.texel --plan                what would be done, and the memory it takes\n"},
+    {kBatch, "batch", "texel batch FILE|FOLDER|LIST... -o FOLDER [options]", "many packs, one of each file",
+     "FILE is an input of `texel bake`, or a pattern in quotes ('plants/*.obj'); of a FOLDER all meshes, shapes and volumes in it and below are taken (pictures\n"
+     "are not: most are textures); a LIST is a .txt file with a file, folder or pattern a line, relative to itself, # before remarks.\n"
+     "A bad item is named and the rest goes on. What is up to date is skipped, what failed is tried again, so an interrupted batch goes on where it\n"
+     "was. A table and batch-report.json name every item. Options are those of `texel bake` and hold for all items.\n"
+     "Exit status 6 if items failed.\n",
+     "  texel batch models -o packs -r 256                       packs/.../NAME.texel for each file in models and below\n"
+     "  texel batch 'trees/*.obj' rocks.txt -o packs --want renderer\n"},
     {kInfo, "info", "texel info PACK [--json]", "what is in a pack", "",
      "  texel info tree.texel                                    a table\n"
      "  texel info tree.texel --json                             the manifest, for scripts\n"},
@@ -44,7 +52,7 @@ constexpr std::array<CommandText, 4> kCommands = {{
 
 constexpr const char* kStatus =
     "Exit status: 0 good, 1 wrong command line or recipe, 2 a file can't be read or written, 3 bad input,\n"
-    "4 failed while running (memory, disk full, interrupted), 5 not supported, 7 check found something.\n";
+    "4 failed while running (memory, disk full, interrupted), 5 not supported, 6 items of a batch failed, 7 check found something.\n";
 
 const CommandText& text_of(Command command) {
   for (const CommandText& text : kCommands)
@@ -117,6 +125,7 @@ std::string basics_text() {
   return "texel bakes meshes into texels: prefiltered multiscale volumes and slices.\n"
          "  texel bake tree.obj -o tree.texel          make a pack (-r N: voxels along the longest side)\n"
          "  texel view tree.texel -o tree.png          look at it\n"
+         "  texel batch models -o packs                many packs\n"
          "  texel info tree.texel                      what is in it\n"
          "  texel check tree.texel                     is it whole\n"
          "More: texel --help, texel bake --help\n";

@@ -28,8 +28,10 @@ void catch_interrupts() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
+bool interrupted() { return signals_seen != 0; }
+
 void stop_if_interrupted() {
-  if (signals_seen) throw Error(Code::kRunning, "", "interrupted", "nothing was changed");
+  if (interrupted()) throw Error(Code::kRunning, "", "interrupted", "nothing was changed");
 }
 
 }  // namespace texel

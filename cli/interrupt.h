@@ -4,6 +4,7 @@
 namespace texel {
 
 void catch_interrupts();
+[[nodiscard]] bool interrupted();
 // Throws Error{kRunning} when a signal has come.
 void stop_if_interrupted();
 

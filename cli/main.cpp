@@ -24,6 +24,7 @@ int run(Command command, const std::vector<std::string>& arguments) {
   catch_interrupts();
   switch (command) {
     case kBake: return command_bake(settings);
+    case kBatch: return command_batch(settings);
     case kInfo: return command_info(settings);
     case kCheck: return command_check(settings);
     case kView: return command_view(settings);
@@ -33,6 +34,7 @@ int run(Command command, const std::vector<std::string>& arguments) {
 
 std::optional<Command> command_of(const std::string& word) {
   if (word == "bake") return kBake;
+  if (word == "batch") return kBatch;
   if (word == "info") return kInfo;
   if (word == "check") return kCheck;
   if (word == "view") return kView;
@@ -51,9 +53,9 @@ int dispatch(const std::vector<std::string>& arguments) {
   if (word == "--version" || word == "-V") print_product(version_text());
   else if (word == "--help" || word == "-h" || word == "help") print_product(program_help());
   else if (word == "--dump-docs") print_product(cli_document());
-  else if (word == "batch" || word == "compare" || word == "convert" || word == "bench")
+  else if (word == "compare" || word == "convert" || word == "bench")
     throw Error(Code::kUnsupported, word, "not supported in this version");
-  else throw Error(Code::kCommandLine, word, "unknown command", "commands are bake, info, check and view; see `texel --help`");
+  else throw Error(Code::kCommandLine, word, "unknown command", "commands are bake, batch, info, check and view; see `texel --help`");
   return 0;
 }
 

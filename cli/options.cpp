@@ -15,6 +15,7 @@ const char* command_name(Command command) {
     case kInfo: return "info";
     case kCheck: return "check";
     case kView: return "view";
+    case kBatch: return "batch";
   }
   return "";
 }

@@ -29,13 +29,14 @@ struct Settings {
   std::vector<std::string> inputs;
   std::string output, recipe_file, depfile, report_file;
   bool force = false, plan = false, verbose = false, json = false, help = false;
+  int jobs = 0;                        // of a batch: items at once; 0: as many as threads, at most 4
   Progress progress = Progress::kAuto;
   Recipe recipe;
   ViewSettings view;
 };
 
 // The commands, as bits, so that a row can belong to several.
-enum Command : unsigned { kBake = 1, kInfo = 2, kCheck = 4, kView = 8 };
+enum Command : unsigned { kBake = 1, kInfo = 2, kCheck = 4, kView = 8, kBatch = 16 };
 
 struct OptionRow {
   const char* name = "";               // long name without dashes; with '_' for '-' it is the recipe's key
