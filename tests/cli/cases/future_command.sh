@@ -1,1 +1,1 @@
-texel batch list.txt -o out
+texel compare a.texel b.texel
