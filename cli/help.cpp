@@ -29,7 +29,7 @@ constexpr std::array<CommandText, 5> kCommands = {{
      "                                                           a height field\n"
      "  texel bake a.obj b.obj -o ab.texel --plan                what would be done, and the memory it takes\n"},
     {kBatch, "batch", "texel batch FILE|FOLDER|LIST... -o FOLDER [options]", "many packs, one of each file",
-     "FILE is an input of `texel bake`, or a pattern in quotes ('plants/*.obj'); of a FOLDER all meshes, shapes and volumes in it and below are taken (pictures\n"
+     "FILE is an input of `texel bake`, or a pattern in quotes ('plants/*.obj'); of a FOLDER all meshes and volumes in it and below are taken (pictures and .json files\n"
      "are not: most are textures); a LIST is a .txt file with a file, folder or pattern a line, relative to itself, # before remarks.\n"
      "A bad item is named and the rest goes on. What is up to date is skipped, what failed is tried again, so an interrupted batch goes on where it\n"
      "was. A table and batch-report.json name every item. Options are those of `texel bake` and hold for all items.\n"
