@@ -3,12 +3,15 @@
 
 #include <tbb/global_control.h>
 
+#include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include "bake/topology.h"
 #include "formats/noise.h"
 #include "formats/readers.h"
 #include "tests/bake/bake_util.h"
+#include "tests/formats/made_tiff.h"
 
 namespace texel::test {
 namespace {
@@ -235,6 +238,78 @@ TEST(HeightMesh, SixteenBitsDifferFromEight) {
   // Of 1023 steps a quarter rise by 1/255, the others not: (3 + sqrt(1 + (1023/255)²))/4 of the ground against sqrt(2 - ...) of the plane.
   EXPECT_NEAR(top(fine->scene.mesh) / 0.01, std::sqrt(1 + std::pow(1023 * 64 / 65535.0, 2)), 1e-9);
   EXPECT_NEAR(top(coarse->scene.mesh) / 0.01, (3 + std::sqrt(1 + std::pow(1023 / 255.0, 2))) / 4, 0.02);
+}
+
+// Filled voxels of each column of a pack, x fastest.
+std::vector<double> filled_columns(const Pack& pack) {
+  const Dense solid = dense(pack.levels[0], "solid");
+  std::vector<double> filled(static_cast<std::size_t>(solid.n.x) * static_cast<std::size_t>(solid.n.y), 0);
+  for_each_cell(solid.n, [&](const V3i& v) { filled[static_cast<std::size_t>(v.y) * static_cast<std::size_t>(solid.n.x) + static_cast<std::size_t>(v.x)] += static_cast<double>(solid.at(v)); });
+  return filled;
+}
+
+// The same picture with 16 and with 8 bits, from file to pack. A column is the mean height over it, and bilinear means of samples that are
+// off by half a step at most are off by no more.
+TEST(HeightPack, SixteenBitsAreExactAndEightAreOffByHalfAStep) {
+  constexpr int kWidth = 61, kHeight = 46, kResolution = 96;
+  constexpr double kTop = 0.9;
+  const auto exact = [](int x, int row) {
+    const double u = x / (kWidth - 1.0), v = row / (kHeight - 1.0);
+    return 0.5 + 0.3 * std::sin(7 * u + 2) * std::cos(5 * v) + 0.12 * std::sin(23 * u * v + 11 * v);
+  };
+  std::vector<std::uint16_t> fine;
+  std::vector<std::uint8_t> coarse;
+  for (int row = 0; row < kHeight; ++row)
+    for (int x = 0; x < kWidth; ++x) {
+      fine.push_back(static_cast<std::uint16_t>(std::lround(65535 * exact(x, row))));
+      coarse.push_back(static_cast<std::uint8_t>(std::lround(fine.back() / 257.0)));
+    }
+  Recipe recipe = volume_recipe(kResolution);
+  recipe.box = Box3d(V3d(0, 0, -0.125), V3d(1, 0.75, 1));
+  const auto bake_file = [&](int bits, const std::string& samples) {
+    const std::string path = ::testing::TempDir() + "texel_height_pack_" + std::to_string(bits) + ".tif";
+    std::ofstream(path, std::ios::binary) << tiff_bytes({.width = kWidth, .height = kHeight, .bits = bits, .kind = 1, .samples = samples});
+    HeightOptions options;
+    options.extent = V2d(1, 0.75);
+    options.height = kTop;
+    options.base = -0.1;
+    Report report;
+    const Scene scene = read_scene(std::span(&path, 1), {.implicit = "", .iso = {}, .heights = options}, report);
+    const Pack pack = bake(scene, recipe, report);
+    std::filesystem::remove(path);
+    return pack;
+  };
+  const Pack fine_pack = bake_file(16, stored(fine)), coarse_pack = bake_file(8, stored(coarse));
+  ASSERT_EQ(fine_pack.grid.n, coarse_pack.grid.n);
+  const std::vector<double> sixteen = filled_columns(fine_pack), eight = filled_columns(coarse_pack);
+
+  // The truth has heights that were never rounded.
+  const HeightField field = make_field(kWidth, kHeight, V2d(1, 0.75), [&](int x, int y) { return kTop * exact(x, kHeight - 1 - y); }, -0.1);
+  const Bilinear truth{field};
+  const Grid& g = fine_pack.grid;
+  const double step = kTop / 255 / g.h, fine_step = kTop / 65535 / g.h;  // voxels
+  double worst_fine = 0, worst_coarse = 0, worst = 0, square = 0;
+  for (int y = 0; y < g.n.y; ++y)
+    for (int x = 0; x < g.n.x; ++x) {
+      const double x0 = g.origin.x + x * g.h, y0 = g.origin.y + y * g.h;
+      const double filled = truth.over(x0, x0 + g.h, y0, y0 + g.h).volume / (g.h * g.h * g.h);
+      const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(g.n.x) + static_cast<std::size_t>(x);
+      worst_fine = std::max(worst_fine, std::abs(sixteen[at] - filled));
+      worst_coarse = std::max(worst_coarse, std::abs(eight[at] - filled));
+      worst = std::max(worst, std::abs(sixteen[at] - eight[at]));
+      square += std::pow(sixteen[at] - eight[at], 2);
+    }
+  const double rms = std::sqrt(square / static_cast<double>(sixteen.size()));
+  std::printf("columns, voxels: 16 bits off by %.2e at most (half a step is %.2e), 8 bits by %.3f (%.3f); they differ by %.3f rms, %.3f at most\n", worst_fine,
+              fine_step / 2, worst_coarse, step / 2, rms, worst);
+  const double rounding = 30 * 0x1p-25;  // a float a border voxel
+  EXPECT_LE(worst_fine, fine_step / 2 + rounding);
+  EXPECT_LE(worst_coarse, (step + fine_step) / 2 + rounding);  // it was made from the 16 bits
+  EXPECT_LE(worst, step / 2 + rounding);
+  // The difference is there, and of the size chance gives: rounding is off by step/√12, and a place between four samples by 2/3 of it. That
+  // is for points: columns of 0.6 squares average a little more.
+  EXPECT_GT(worst, 0.4 * step);
+  EXPECT_NEAR(rms / (step / std::sqrt(12.0) * 2 / 3), 0.95, 0.1);
 }
 
 TEST(HeightMesh, CyclicFieldsRepeatBitForBit) {
