@@ -12,14 +12,13 @@
 #include "bake/bake.h"
 #include "bake/cube_loops.h"
 #include "bake/repeat_functions.h"
+#include "bake/thin_parts.h"
 #include "formats/error.h"
 
 namespace texel {
 namespace {
 
-constexpr int kCells = 4;                 // a brick's edge; small, for the share of space proved empty grows with it
-constexpr int kSide = kCells + 1;         // its lattice points
-constexpr std::size_t kPoints = kSide * kSide * kSide;
+constexpr int kCells = kBrickCells, kSide = kBrickSide;
 constexpr int kGroup = 8;                 // bricks along the edge of a task's region
 constexpr double kEdgeTolerance = 1e-13;  // of a lattice edge
 
@@ -37,7 +36,7 @@ struct Lattice {
 // A brick with surface: which of the lattice edges it owns (their lower point is in the brick, upper faces excluded) are cut.
 struct Brick {
   V3i at;                                  // in bricks
-  std::array<std::uint64_t, 2> inside{};   // of its 5³ points
+  BrickBits inside{};                      // of its 5³ points
   std::array<std::uint64_t, 3> cut{};      // per axis, of 4³ edges
   std::uint32_t vertices = 0, first_vertex = 0, triangles = 0;
   std::size_t first_triangle = 0;
@@ -50,7 +49,7 @@ struct Found {
   std::vector<V3d> points;                 // of the bricks in order
   std::vector<V3f> normals;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> at_corner;  // lattice point, index into points: vertices that lie on it
-  std::int64_t sampled = 0, not_numbers = 0, jumps = 0;
+  std::int64_t sampled = 0, not_numbers = 0, jumps = 0, thin = 0;
 };
 
 std::size_t point_of(int i, int j, int k) { return static_cast<std::size_t>((k * kSide + j) * kSide + i); }
@@ -74,7 +73,7 @@ struct Edge {
 
 class Sampler {
  public:
-  Sampler(const Field& field, double iso, const Lattice& lattice) : field_(field), iso_(iso), lattice_(lattice) {}
+  Sampler(const Field& field, double iso, const Lattice& lattice) : field_(field), iso_(iso), lattice_(lattice), thin_(field, iso) {}
 
   // Adds the brick to `found` if the surface passes it.
   void sample(const V3i& at, Found& found) {
@@ -92,6 +91,7 @@ class Sampler {
     field_.values(n, x_.data(), y_.data(), z_.data(), f_.data());
     ++found.sampled;
     bool any = false, all = true;
+    BrickBits outside{};
     for (int k = 0; k < kSide; ++k)
       for (int j = 0; j < kSide; ++j)
         for (int i = 0; i < kSide; ++i) {
@@ -102,7 +102,9 @@ class Sampler {
           any = any || in;
           all = all && in;
           if (in) brick.inside[p >> 6] |= std::uint64_t{1} << (p & 63);
+          else if (!decreed && f_[p] < iso_) outside[p >> 6] |= std::uint64_t{1} << (p & 63);
         }
+    found.thin += thin_.count({V3d(x_[0], y_[0], z_[0]), lattice_.grid.h, f_.data(), outside});
     if (!any || all) return;
     collect_edges(brick, low);
     solve();
@@ -228,6 +230,7 @@ class Sampler {
   const Field& field_;
   double iso_;
   const Lattice& lattice_;
+  ThinParts thin_;
   std::vector<Edge> edges_;
   std::vector<Edge*> active_;
   static constexpr std::size_t kMost = 3 * kCells * kCells * kCells;  // cut edges; more than a brick's points
@@ -340,6 +343,7 @@ struct Polygonizer {
     all.sampled += f.sampled;
     all.not_numbers += f.not_numbers;
     all.jumps += f.jumps;
+    all.thin += f.thin;
     f = {};
   }
 
@@ -533,6 +537,8 @@ Scene polygonize(Scene scene, const Recipe& recipe, Report& report) {
       report.issue("implicit-nan", "points where the function is not a number; they count as outside", work.all.not_numbers, solid.name);
     if (work.all.jumps > 0)
       report.issue("implicit-jump", "places where the function jumps instead of crossing; the surface was put at the jump", work.all.jumps, solid.name);
+    if (work.all.thin > 0)
+      report.issue("implicit-thin", "voxels with parts thinner than a voxel that pass between the lattice points; they are missing, a finer --resolution finds them", work.all.thin, solid.name);
     const std::size_t before = mesh.triangles.size();
     work.add_triangles(mesh);
     bool inside_box = false;

@@ -1,0 +1,127 @@
+#include "bake/thin_parts.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace texel {
+namespace {
+
+constexpr int kSteps[3] = {1, kBrickSide, kBrickSide * kBrickSide};  // from a point to the next along each axis
+constexpr int kClimbs = 4;          // Newton's steps; the first is right for distances
+constexpr double kBeyond = 0.02;    // of a cell: a step's length beyond where f should be iso, to get inside rather than onto the surface
+
+bool has(const BrickBits& bits, std::size_t i) { return (bits[i >> 6] >> (i & 63)) & 1; }
+
+// Bits of the points moved down by n < 64.
+BrickBits down(const BrickBits& b, int n) { return {b[0] >> n | b[1] << (64 - n), b[1] >> n}; }
+BrickBits both(const BrickBits& a, const BrickBits& b) { return {a[0] & b[0], a[1] & b[1]}; }
+
+// Cells by their lowest points: those whose eight corners are set.
+BrickBits whole_cells(const BrickBits& points) {
+  static constexpr BrickBits kLowest = [] {
+    BrickBits bits{};
+    for (int k = 0; k < kBrickCells; ++k)
+      for (int j = 0; j < kBrickCells; ++j)
+        for (int i = 0; i < kBrickCells; ++i) {
+          const auto p = static_cast<std::size_t>(k * kSteps[2] + j * kSteps[1] + i);
+          bits[p >> 6] |= std::uint64_t{1} << (p & 63);
+        }
+    return bits;
+  }();
+  BrickBits cells = points;
+  for (const int step : kSteps) cells = both(cells, down(cells, step));
+  return both(cells, kLowest);
+}
+
+}  // namespace
+
+std::int64_t ThinParts::count(const BrickValues& brick) {
+  const BrickBits cells = whole_cells(brick.outside);
+  if ((cells[0] | cells[1]) == 0) return 0;
+  find_candidates(brick, cells);
+  BrickBits found{};
+  for (int climb = 0; climb < kClimbs && !climbers_.empty(); ++climb) {
+    find_gradients();
+    std::size_t kept = 0;
+    for (Climber c : climbers_) {
+      const double length = c.slope.length();
+      if (!(length > 0) || !std::isfinite(length)) continue;
+      c.at += c.slope * ((iso_ - c.f) / (length * length) + kBeyond * brick.h / length);
+      // Where it leads to is the cell that counts; beyond the brick, or in a cell that has a corner inside, nothing is missed.
+      const V3d place = (c.at - brick.low) / brick.h;
+      if (!(std::min({place.x, place.y, place.z}) >= 0 && std::max({place.x, place.y, place.z}) < kBrickCells)) continue;
+      c.cell = static_cast<std::size_t>(static_cast<int>(place.z) * kSteps[2] + static_cast<int>(place.y) * kSteps[1] + static_cast<int>(place.x));
+      if (!has(cells, c.cell) || has(found, c.cell)) continue;
+      field_.values(1, &c.at.x, &c.at.y, &c.at.z, &c.f);
+      if (!(c.f >= iso_)) climbers_[kept++] = c;
+      else if (ends_within_a_cell(c, brick.h)) found[c.cell >> 6] |= std::uint64_t{1} << (c.cell & 63);
+    }
+    climbers_.resize(kept);
+  }
+  climbers_.clear();
+  return std::popcount(found[0]) + std::popcount(found[1]);
+}
+
+// Cells that f, going on in straight lines from behind the cell's highest corner, could reach iso in. Beside an ordinary surface f rises out of
+// such cells rather than into them.
+void ThinParts::find_candidates(const BrickValues& brick, const BrickBits& cells) {
+  climbers_.clear();
+  BrickBits taken{};
+  for (std::size_t word = 0; word < 2; ++word)
+    for (std::uint64_t bits = cells[word]; bits != 0; bits &= bits - 1) {
+      const std::size_t cell = word * 64 + static_cast<std::size_t>(std::countr_zero(bits));
+      std::size_t best = cell;
+      int corner = 0;
+      for (int c = 1; c < 8; ++c) {
+        const std::size_t p = cell + static_cast<std::size_t>((c & 1) * kSteps[0] + (c >> 1 & 1) * kSteps[1] + (c >> 2) * kSteps[2]);
+        if (brick.f[p] > brick.f[best]) {
+          best = p;
+          corner = c;
+        }
+      }
+      const double top = brick.f[best];
+      double reach = 0, steepest = 0;
+      int unknown = 0;
+      for (int a = 0; a < 3; ++a) {
+        const bool upper = corner >> a & 1;
+        const int place = static_cast<int>(best) / kSteps[a] % kBrickSide, step = upper ? kSteps[a] : -kSteps[a];
+        const auto behind = static_cast<std::size_t>(static_cast<int>(best) + step), across = static_cast<std::size_t>(static_cast<int>(best) - step);
+        steepest = std::max(steepest, top - brick.f[across]);
+        if (upper ? place + 1 < kBrickSide : place > 0) reach += std::max(top - brick.f[behind], 0.0);
+        else ++unknown;  // in the next brick: as steep as in the cell
+      }
+      if (!(iso_ - top <= reach + unknown * steepest) || has(taken, best)) continue;
+      taken[best >> 6] |= std::uint64_t{1} << (best & 63);
+      const V3d place(static_cast<int>(best) % kBrickSide, static_cast<int>(best) / kSteps[1] % kBrickSide, static_cast<int>(best) / kSteps[2]);
+      climbers_.push_back({cell, brick.low + place * brick.h, top, {}});
+    }
+}
+
+void ThinParts::find_gradients() {
+  const std::size_t n = climbers_.size();
+  for (auto* list : {&x_, &y_, &z_, &f_, &gx_, &gy_, &gz_}) list->resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    x_[i] = climbers_[i].at.x;
+    y_[i] = climbers_[i].at.y;
+    z_[i] = climbers_[i].at.z;
+  }
+  field_.gradients(n, x_.data(), y_.data(), z_.data(), f_.data(), gx_.data(), gy_.data(), gz_.data());
+  for (std::size_t i = 0; i < n; ++i) climbers_[i].slope = V3d(gx_[i], gy_[i], gz_[i]);
+}
+
+// Whether f < iso again somewhere on the next cell's length, in the direction in which f rose.
+bool ThinParts::ends_within_a_cell(const Climber& c, double h) const {
+  double x[4], y[4], z[4], f[4];
+  const V3d step = c.slope * (h / (4 * c.slope.length()));
+  for (int i = 0; i < 4; ++i) {
+    const V3d p = c.at + step * (i + 1);
+    x[i] = p.x;
+    y[i] = p.y;
+    z[i] = p.z;
+  }
+  field_.values(4, x, y, z, f);
+  return *std::min_element(f, f + 4) < iso_;
+}
+
+}  // namespace texel
