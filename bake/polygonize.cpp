@@ -538,7 +538,7 @@ Scene polygonize(Scene scene, const Recipe& recipe, Report& report) {
     if (work.all.jumps > 0)
       report.issue("implicit-jump", "places where the function jumps instead of crossing; the surface was put at the jump", work.all.jumps, solid.name);
     if (work.all.thin > 0)
-      report.issue("implicit-thin", "voxels with parts thinner than a voxel that pass between the lattice points; they are missing, a finer --resolution finds them", work.all.thin, solid.name);
+      report.issue("implicit-thin", "voxels with parts thinner than a voxel that pass between the lattice points and are missing; a finer --resolution finds them", work.all.thin, solid.name);
     const std::size_t before = mesh.triangles.size();
     work.add_triangles(mesh);
     bool inside_box = false;
@@ -547,10 +547,13 @@ Scene polygonize(Scene scene, const Recipe& recipe, Report& report) {
       inside_box = inside_box || (v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x <= grid.n.x && v.y <= grid.n.y && v.z <= grid.n.z);
     }
     const bool fills = !inside_box && is_full(solid, grid);
-    if (given == 0 && scene.implicits.size() == 1 && (fills || mesh.triangles.size() == before))
+    const bool empty = mesh.triangles.size() == before, slips = empty && work.all.thin > 0;
+    if (given == 0 && scene.implicits.size() == 1 && slips)
+      throw Error(Code::kBadInput, solid.name, "the solid is thinner than a voxel and passes between the lattice points", "choose a finer --resolution");
+    if (given == 0 && scene.implicits.size() == 1 && (fills || empty))
       throw Error(Code::kBadInput, solid.name, std::string(fills ? "the function is >= " : "the function is nowhere >= ") + short_number(solid.iso) +
                   (fills ? " all over the box, so that no surface is in it" : " in the box"), "change --iso or --box");
-    if (mesh.triangles.size() == before) report.issue("implicit-empty", "the function is nowhere >= iso in the box", 1, solid.name);
+    if (empty && !slips) report.issue("implicit-empty", "the function is nowhere >= iso in the box", 1, solid.name);
     else if (fills) report.issue("implicit-full", "the function is >= iso all over the box", 1, solid.name);
   }
   report.count("bricks", static_cast<double>(bricks));

@@ -81,17 +81,15 @@ void ThinParts::find_candidates(const BrickValues& brick, const BrickBits& cells
         }
       }
       const double top = brick.f[best];
-      double reach = 0, steepest = 0;
-      int unknown = 0;
+      double reach = 0;
       for (int a = 0; a < 3; ++a) {
         const bool upper = corner >> a & 1;
-        const int place = static_cast<int>(best) / kSteps[a] % kBrickSide, step = upper ? kSteps[a] : -kSteps[a];
-        const auto behind = static_cast<std::size_t>(static_cast<int>(best) + step), across = static_cast<std::size_t>(static_cast<int>(best) - step);
-        steepest = std::max(steepest, top - brick.f[across]);
-        if (upper ? place + 1 < kBrickSide : place > 0) reach += std::max(top - brick.f[behind], 0.0);
-        else ++unknown;  // in the next brick: as steep as in the cell
+        const int place = static_cast<int>(best) / kSteps[a] % kBrickSide, step = upper ? -kSteps[a] : kSteps[a];
+        const auto at = [&](int n) { return brick.f[static_cast<int>(best) + n * step]; };
+        // The point behind may be in the next brick: then by the line from beyond the cell, as far as that is above the corner.
+        reach += (upper ? place + 1 < kBrickSide : place > 0) ? std::max(top - at(-1), 0.0) : std::max(at(1) + (at(1) - at(2)) - top, 0.0);
       }
-      if (!(iso_ - top <= reach + unknown * steepest) || has(taken, best)) continue;
+      if (!(iso_ - top <= reach) || has(taken, best)) continue;
       taken[best >> 6] |= std::uint64_t{1} << (best & 63);
       const V3d place(static_cast<int>(best) % kBrickSide, static_cast<int>(best) / kSteps[1] % kBrickSide, static_cast<int>(best) / kSteps[2]);
       climbers_.push_back({cell, brick.low + place * brick.h, top, {}});

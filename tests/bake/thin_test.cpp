@@ -1,8 +1,10 @@
 // Parts of implicit solids that pass between lattice points: warned of where there are such, never where there are none.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "bake/polygonize.h"
+#include "formats/error.h"
 #include "formats/expression.h"
 #include "tests/bake/bake_util.h"
 
@@ -108,6 +110,15 @@ TEST(ThinParts, SaysWhatToDo) {
   ASSERT_TRUE(has_issue(pack, "implicit-thin"));
   recipe.resolution = V3i(2 * kSide, 0, 0);  // and so it is
   EXPECT_FALSE(has_issue(bake_quietly(scene, recipe), "implicit-thin"));
+
+  recipe.resolution = V3i(kSide, 0, 0);
+  scene.implicits[0].field = read_expression(ball(V3d(30.5, 30.5, 30.5), 0.4));
+  try {
+    (void)bake_quietly(scene, recipe);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "--implicit: the solid is thinner than a voxel and passes between the lattice points; choose a finer --resolution");
+  }
 }
 
 }  // namespace
