@@ -55,7 +55,7 @@ std::int64_t ThinParts::count(const BrickValues& brick) {
       if (!has(cells, c.cell) || has(found, c.cell)) continue;
       field_.values(1, &c.at.x, &c.at.y, &c.at.z, &c.f);
       if (!(c.f >= iso_)) climbers_[kept++] = c;
-      else if (ends_within_a_cell(c, brick.h)) found[c.cell >> 6] |= std::uint64_t{1} << (c.cell & 63);
+      else if (is_thin(c, brick.h)) found[c.cell >> 6] |= std::uint64_t{1} << (c.cell & 63);
     }
     climbers_.resize(kept);
   }
@@ -108,18 +108,27 @@ void ThinParts::find_gradients() {
   for (std::size_t i = 0; i < n; ++i) climbers_[i].slope = V3d(gx_[i], gy_[i], gz_[i]);
 }
 
-// Whether f < iso again somewhere on the next cell's length, in the direction in which f rose.
-bool ThinParts::ends_within_a_cell(const Climber& c, double h) const {
-  double x[4], y[4], z[4], f[4];
-  const V3d step = c.slope * (h / (4 * c.slope.length()));
-  for (int i = 0; i < 4; ++i) {
-    const V3d p = c.at + step * (i + 1);
-    x[i] = p.x;
-    y[i] = p.y;
-    z[i] = p.z;
-  }
-  field_.values(4, x, y, z, f);
-  return *std::min_element(f, f + 4) < iso_;
+// Whether f < iso again within the next cell's length in the direction in which f rose, and nothing thicker is near: the edges of thick parts end
+// thinly too. Thicker than a cell is what is deeper than half of one, by the slope here.
+bool ThinParts::is_thin(const Climber& c, double h) {
+  const double length = c.slope.length();
+  std::array<double, 52> x, y, z, f;
+  std::size_t n = 0;
+  const auto add = [&](const V3d& from_here) {
+    x[n] = c.at.x + from_here.x;
+    y[n] = c.at.y + from_here.y;
+    z[n] = c.at.z + from_here.z;
+    ++n;
+  };
+  for (int i = 1; i <= 4; ++i) add(c.slope * (h * i / (4 * length)));
+  field_.values(n, x.data(), y.data(), z.data(), f.data());
+  if (!(*std::min_element(f.data(), f.data() + n) < iso_)) return false;
+  n = 0;
+  for (int i = 0; i < 27; ++i)
+    if (const V3d way(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1); way.length2() > 0)
+      for (const double cells : {1.0, 2.0}) add(way * (cells * h / way.length()));
+  field_.values(n, x.data(), y.data(), z.data(), f.data());
+  return !(*std::max_element(f.data(), f.data() + n) >= iso_ + length * h / 2);
 }
 
 }  // namespace texel
