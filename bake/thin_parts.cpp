@@ -51,11 +51,11 @@ std::int64_t ThinParts::count(const BrickValues& brick) {
       // Where it leads to is the cell that counts; beyond the brick, or in a cell that has a corner inside, nothing is missed.
       const V3d place = (c.at - brick.low) / brick.h;
       if (!(std::min({place.x, place.y, place.z}) >= 0 && std::max({place.x, place.y, place.z}) < kBrickCells)) continue;
-      c.cell = static_cast<std::size_t>(static_cast<int>(place.z) * kSteps[2] + static_cast<int>(place.y) * kSteps[1] + static_cast<int>(place.x));
-      if (!has(cells, c.cell) || has(found, c.cell)) continue;
+      const auto cell = static_cast<std::size_t>(static_cast<int>(place.z) * kSteps[2] + static_cast<int>(place.y) * kSteps[1] + static_cast<int>(place.x));
+      if (!has(cells, cell) || has(found, cell)) continue;
       field_.values(1, &c.at.x, &c.at.y, &c.at.z, &c.f);
       if (!(c.f >= iso_)) climbers_[kept++] = c;
-      else if (is_thin(c, brick.h)) found[c.cell >> 6] |= std::uint64_t{1} << (c.cell & 63);
+      else if (is_thin(c, brick.h)) found[cell >> 6] |= std::uint64_t{1} << (cell & 63);
     }
     climbers_.resize(kept);
   }
@@ -92,7 +92,7 @@ void ThinParts::find_candidates(const BrickValues& brick, const BrickBits& cells
       if (!(iso_ - top <= reach) || has(taken, best)) continue;
       taken[best >> 6] |= std::uint64_t{1} << (best & 63);
       const V3d place(static_cast<int>(best) % kBrickSide, static_cast<int>(best) / kSteps[1] % kBrickSide, static_cast<int>(best) / kSteps[2]);
-      climbers_.push_back({cell, brick.low + place * brick.h, top, {}});
+      climbers_.push_back({brick.low + place * brick.h, top, {}});
     }
 }
 

@@ -35,7 +35,6 @@ class ThinParts {
 
  private:
   struct Climber {
-    std::size_t cell = 0;   // the cell's lowest point
     V3d at;
     double f = 0;
     V3d slope;              // the gradient at `at`

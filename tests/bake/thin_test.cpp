@@ -98,7 +98,7 @@ TEST(ThinParts, NotOfThickParts) {
     EXPECT_EQ(of("a = max(1 - ((x - 0.5)^2 + y*y + z*z), 0); b = max(1 - ((x + 0.5)^2 + y*y + z*z), 0); a^3 + b^3 - 0.3", moved), 0) << n;
     EXPECT_EQ(of("noise(x*2, y*2, z*2)", moved), 0) << n;
     EXPECT_EQ(of("min(x + y/2, 0.6*z - x)", moved), 0) << n << ": an edge of 40 degrees";
-    // Edges of every angle: where the surfaces all but touch they are thin for some voxels. Without the look around: 15 and more.
+    // Edges of every angle: where the surfaces all but touch they are thin for some voxels.
     EXPECT_LE(of("min(" + gyroid + ", 4 - length(x - 3, y - 3, z - 3))", period), 8) << n;
   }
 }
