@@ -8,6 +8,7 @@
 
 #include "formats/grid.h"
 #include "formats/height_field.h"
+#include "formats/plant_options.h"
 #include "formats/solid_textures.h"
 #include "formats/write.h"
 
@@ -76,6 +77,7 @@ struct Recipe {
   int threads = 0;                        // 0: all
   std::int64_t memory = 0;                // bytes; 0: no cap
   HeightOptions heights;                  // how pictures are read; used by read_scene
+  PlantOptions plants;                    // how plants are read, and the unit of meshes; used by read_scene
   WriteOptions write;                     // slice format, full float
 };
 

@@ -16,6 +16,10 @@
 namespace texel {
 namespace {
 
+ReadOptions read_options(const Recipe& recipe) {
+  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .heights = recipe.heights};
+}
+
 Hypertexture hypertexture(const HypertextureOptions& given) {
   Hypertexture h;
   (void)find_hypertexture(given.preset, &h);  // the option table knows the presets only
@@ -110,10 +114,10 @@ Scene base_scene(const Settings& settings, Report& report) {
     if (!settings.recipe.solid_texture.empty()) alone.seed = 0;
     if (alone != HypertextureOptions{})
       throw Error(Code::kCommandLine, "--hypertexture", "missing: frequency, octaves, amount, softness, bias, gain, density-scale and seed belong to it", "name a preset");
-    return read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso, settings.recipe.heights}, report);
+    return read_scene(settings.inputs, read_options(settings.recipe), report);
   }
   Scene scene;
-  if (!settings.inputs.empty() || !settings.recipe.implicit.empty() || settings.recipe.heights.perlin.period > 0) scene = read_scene(settings.inputs, {settings.recipe.implicit, settings.recipe.iso, settings.recipe.heights}, report);
+  if (!settings.inputs.empty() || !settings.recipe.implicit.empty() || settings.recipe.heights.perlin.period > 0) scene = read_scene(settings.inputs, read_options(settings.recipe), report);
   if (!scene.heights.empty())
     throw Error(Code::kUnsupported, scene.heights.front().name, "is a height field, and --hypertexture needs a function", "leave it out for a ball, or give --implicit");
   if (!scene.mesh.triangles.empty())

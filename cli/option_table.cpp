@@ -470,6 +470,13 @@ std::vector<OptionRow> option_table() {
       toggle({.name = "json", .group = kFiles, .commands = kInfo | kCheck, .help = "print JSON"},
              [](auto& s) -> auto& { return s.json; }),
 
+      choice({.name = "unit", .metavar = "UNIT", .group = kFiles, .commands = kBakes | kView,
+              .help = "unit of the mesh and plant files; the scene is then in metres. auto: cm for .opf, .gwa and .lig, others stay as they are", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.plants.unit; }, std::vector<std::pair<const char*, double>>{{"auto", 0}, {"mm", 0.001}, {"cm", 0.01}, {"m", 1}}),
+      choice({.name = "angles", .metavar = "UNIT", .group = kFiles, .commands = kBakes | kView,
+              .help = "unit of the angles in .ops files, degrees or radians", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.plants.radians; }, std::vector<std::pair<const char*, bool>>{{"deg", false}, {"rad", true}}),
+
       // Height fields
       number({.name = "height", .metavar = "H", .group = kHeights, .commands = kBakes | kView,
               .help = "world height of value 1: an integer picture's full scale, a float picture's 1.0", .in_recipe = true,

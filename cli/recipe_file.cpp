@@ -94,7 +94,7 @@ void apply_recipe(const Json& recipe, const std::string& where, Settings& settin
 bool is_mesh(const std::string& path) {
   std::string extension = fs::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  constexpr const char* kInputs[] = {".obj", ".ply", ".stl", ".off", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr"};
+  constexpr const char* kInputs[] = {".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr"};
   return std::any_of(std::begin(kInputs), std::end(kInputs), [&](const char* e) { return extension == e; }) || path.ends_with(".inr.gz");
 }
 

@@ -11,6 +11,7 @@ find_package(Imath 3.1 CONFIG REQUIRED)
 find_package(embree 3.13 CONFIG REQUIRED)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(EXPAT 2.4 REQUIRED)        # earlier ones have no bound on what entities grow to
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(nlohmann_json 3.11 CONFIG REQUIRED)
 find_package(CLI11 2.1 CONFIG REQUIRED)

@@ -7,16 +7,19 @@
 
 #include "formats/error.h"
 #include "formats/expression.h"
+#include "formats/plant.h"
+#include "formats/plant_files.h"
 #include "formats/read_volume.h"
 #include "formats/readers.h"
+#include "formats/xml.h"
 
 namespace texel {
 namespace {
 
-enum class Format { kUnknown, kObj, kPly, kStl, kOff, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz };
+enum class Format { kUnknown, kObj, kPly, kStl, kOff, kOpf, kGwa, kOps, kLig, kSmb, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz };
 
-constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz"};
-constexpr const char* kReadable = ".obj, .ply, .stl, .off, .json, .vdb, .df3, .mhd, .mha, .inr or .inr.gz, or a picture of heights (.png, .tif, .exr)";
+constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz"};
+constexpr const char* kReadable = ".obj, .ply, .stl, .off, .opf, .gwa, .ops, .lig, .smb, .json, .vdb, .df3, .mhd, .mha, .inr or .inr.gz, or a picture of heights (.png, .tif, .exr)";
 
 std::string small_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -27,7 +30,7 @@ std::string small_extension(const std::string& path) {
 
 Format by_extension(const std::string& path) {
   const std::string extension = small_extension(path);
-  for (int f = 1; f < 12; ++f)
+  for (int f = 1; f < static_cast<int>(std::size(kNames)); ++f)
     if (extension == kNames[f]) return static_cast<Format>(f);
   if (extension == ".gz" && small_extension(path.substr(0, path.size() - 3)) == ".inr") return Format::kInrGz;
   return Format::kUnknown;
@@ -44,6 +47,8 @@ Format by_content(std::span<const char> bytes) {
   const std::string_view text(bytes.data(), bytes.size());
   if (text.starts_with("ply\n") || text.starts_with("ply\r")) return Format::kPly;
   if (bytes.size() >= 84 && 84 + 50ull * little_word(bytes.data() + 80) == bytes.size()) return Format::kStl;
+  if (const std::string_view root = xml_root(text); root == "opf") return Format::kOpf;
+  else if (root == "gwa") return Format::kGwa;
   std::string_view head = text.substr(0, 1024);
   while (!head.empty() && (is_blank(head.front()) || is_line_end(head.front()))) head.remove_prefix(1);
   const std::string_view word = head.substr(0, head.find_first_of(" \t\r\n"));
@@ -69,6 +74,36 @@ Scene read_mhd_scene(const Input& input, std::optional<double> iso, Report& repo
   return scene;
 }
 
+Scene read_line_tree(const Input& input, const PlantOptions& options, Report& report) {
+  std::vector<std::string> files;
+  Scene scene = plant_scene(open_line_tree(input, files, report), options, report, input.path);
+  for (const std::string& file : files) add_source(scene, file);
+  return scene;
+}
+
+// A symbol by itself has no unit: its length is a factor.
+Scene symbol_scene(const Input& input, const PlantOptions& options, Report& report) {
+  Plant plant;
+  plant.unit = 0;
+  plant.meshes.push_back(read_smb(input, report));
+  plant.materials.push_back(plain_organ());
+  plant.organs.emplace_back();
+  return plant_scene(plant, options, report, input.path);
+}
+
+// Plant files that hold no surfaces, or not by themselves: what is the matter, and what to do.
+struct Refused {
+  const char *extension, *message, *hint;
+};
+constexpr Refused kRefused[] = {
+    {".mtg", "holds a plant's topology and measurements, no surfaces", "export the plant as .opf or .obj from the program that draws it"},
+    {".bgeom", "is a binary PlantGL scene of parametric shapes, which are not tessellated here", "export it as .obj or .ply from PlantGL"},
+    {".geom", "is a PlantGL scene of parametric shapes, which are not tessellated here", "export it as .obj or .ply from PlantGL"},
+    {".scn", "is a PlantGL scene of parametric shapes, which are not tessellated here", "export it as .obj or .ply from PlantGL"},
+    {".dta", "is the table of a line tree, not a plant", "give the .lig file beside it"},
+    {".dsp", "is the table of a line tree, not a plant", "give the .lig file beside it"},
+};
+
 Scene read_one(const std::string& path, const ReadOptions& options, Report& report) {
   if (std::error_code ec; is_picture(path) && !std::filesystem::is_directory(path, ec)) return read_height(path, options.heights, report);
   Format format = by_extension(path);
@@ -79,6 +114,8 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
         throw Error(Code::kBadInput, path, "is a pack, not a mesh", "bake it again with --recipe " + path);
       throw Error(Code::kBadInput, path, "is a folder", std::string("give a file: ") + kReadable);
     }
+    for (const Refused& kind : kRefused)
+      if (small_extension(path) == kind.extension) throw Error(Code::kUnsupported, path, kind.message, kind.hint);
     throw Error(Code::kUnsupported, path, "files of this kind can't be read (" + (extension.empty() ? "no extension" : extension) + ")",
                 std::string("give ") + kReadable);
   }
@@ -92,7 +129,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
   }
   const FileBytes file(path);
   const Input input{file.bytes(), path};
-  const Format content = format > Format::kOff ? Format::kUnknown : by_content(input.bytes);
+  const Format content = format > Format::kGwa ? Format::kUnknown : by_content(input.bytes);
   if (content != Format::kUnknown && content != format) {
     report.issue("wrong-extension", std::string("is a ") + kNames[static_cast<int>(content)] + " file by its first bytes, and was read as such", 1, path);
     format = content;
@@ -102,6 +139,11 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
       case Format::kObj: return read_obj(input, report);
       case Format::kPly: return read_ply(input, report);
       case Format::kStl: return read_stl(input, report);
+      case Format::kOpf:
+      case Format::kGwa: return plant_scene(read_opf(input, report), options.plants, report, path);
+      case Format::kOps: return read_ops(input, options.plants, report);
+      case Format::kLig: return read_line_tree(input, options.plants, report);
+      case Format::kSmb: return symbol_scene(input, options.plants, report);
       case Format::kShape: return read_shape(input, options.iso, report);
       case Format::kDf3: return volume_scene(read_df3(input, report), options.iso, path);
       case Format::kMhd:
@@ -111,7 +153,10 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
       default: return read_off(input, report);
     }
   };
-  return with_source(read(), input.bytes.size());
+  Scene scene = read();
+  if (options.plants.unit > 0 && format <= Format::kOff)
+    for (V3d& p : scene.mesh.points) p *= options.plants.unit;
+  return with_source(std::move(scene), input.bytes.size());
 }
 
 template <class T>

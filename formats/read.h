@@ -6,6 +6,8 @@
 //   .ply       x       x   x                          any          ASCII and binary, both byte orders
 //   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
 //   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
+//   .opf .gwa  x               x                      any          plants (docs/inputs.md), centimetres, in the scene metres
+//   .ops       places .opf, .gwa and .lig files; .lig with its .dta or .dsp and .smb files: line trees; .smb: one symbol of theirs
 //   pictures   a height field (docs/inputs.md): .png .tif .tiff .exr .jpg .jpeg .hdr .bmp .tga .pgm .ppm .pnm .pfm .webp .jp2
 //   .json                          x                               texel-shape: an implicit surface (Scene::implicits), as are the following
 //   .vdb                                                           level set or density, through the module texel_vdb
@@ -15,6 +17,7 @@
 #include <string>
 
 #include "formats/height_field.h"
+#include "formats/plant_options.h"
 #include "formats/report.h"
 #include "formats/scene.h"
 
@@ -29,6 +32,7 @@ namespace texel {
 struct ReadOptions {
   std::string implicit;        // formats/expression.h; empty: none
   std::optional<double> iso;   // of all implicit surfaces; default: the input's own
+  PlantOptions plants;         // how plant files are read; a unit given there scales meshes, too
   HeightOptions heights;       // how pictures are read; a noise field it asks for is a scene of its own, joined last
 };
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report);

@@ -121,6 +121,7 @@ TEST(Camera, KnowsWhatIsUpByTheFormat) {
   EXPECT_EQ(of("scan.ply"), 1);
   EXPECT_EQ(of("bunny.off"), 1);
   EXPECT_EQ(of("part.stl"), 2);
+  for (const char* plant : {"tree.opf", "stand.ops", "soil.gwa", "old.lig"}) EXPECT_EQ(up_axis(-1, {{plant, "", 0}, {"part.obj", "", 0}}), 2);
   EXPECT_EQ(of("a.obj/none"), 2);
   EXPECT_EQ(up_axis(-1, {}), 2);
   EXPECT_EQ(up_axis(0, {{"tree.obj", "", 0}}), 0);

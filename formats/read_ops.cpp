@@ -1,0 +1,164 @@
+// OPS (Open Plant Scene): a table of plants and where they stand.
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <numbers>
+
+#include "formats/error.h"
+#include "formats/plant_files.h"
+#include "formats/readers.h"
+
+namespace texel {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The fields between runs of tabs, so that names may have blanks; where these are fewer than nine, between any blanks.
+std::vector<std::string_view> fields_of(std::string_view line) {
+  for (const bool tabs_only : {true, false}) {
+    std::vector<std::string_view> fields;
+    const char* separators = tabs_only ? "\t" : " \t\v\f";
+    for (std::size_t at = line.find_first_not_of(separators); at != std::string_view::npos; at = line.find_first_not_of(separators, at)) {
+      const std::size_t end = std::min(line.size(), line.find_first_of(separators, at));
+      std::string_view field = line.substr(at, end - at);
+      while (!field.empty() && is_blank(field.front())) field.remove_prefix(1);
+      while (!field.empty() && is_blank(field.back())) field.remove_suffix(1);
+      if (!field.empty()) fields.push_back(field);
+      at = end;
+      if (at == line.size()) break;
+    }
+    if (fields.size() >= 9 || !tabs_only) return fields;
+  }
+  return {};
+}
+
+bool whole(std::string_view text, double& value) {
+  return !text.empty() && parse_number(text.data(), text.data() + text.size(), value) == text.data() + text.size();
+}
+bool whole_number(std::string_view text, double& value) { return whole(text, value) && std::abs(value) < 9e15 && value == std::floor(value); }
+
+Affine turn(const V3d& axis, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle), k = 1 - c;
+  Affine r;
+  r.m = {c + k * axis.x * axis.x,          k * axis.x * axis.y - s * axis.z, k * axis.x * axis.z + s * axis.y, 0,
+         k * axis.y * axis.x + s * axis.z, c + k * axis.y * axis.y,          k * axis.y * axis.z - s * axis.x, 0,
+         k * axis.z * axis.x - s * axis.y, k * axis.z * axis.y + s * axis.x, c + k * axis.z * axis.z,          0};
+  return r;
+}
+
+std::string extension_of(const std::string& name) {
+  std::string extension = fs::path(name).extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+void check_name(const std::string& name, const std::string& where) {
+  const fs::path path(name);
+  bool leads_out = path.is_absolute() || (name.size() > 1 && name[1] == ':');
+  for (const fs::path& part : path) leads_out = leads_out || part == "..";
+  if (leads_out) throw Error(Code::kBadInput, where, shown_as(name) + " leads out of the scene's folder", "put the plant beside the scene or below it");
+}
+
+}  // namespace
+
+std::vector<OpsRow> read_ops_rows(const Input& input, const PlantOptions& options, Report& report) {
+  TextScanner text(input);
+  std::vector<OpsRow> rows;
+  double scene = 0;
+  bool first = true;
+  std::int64_t unknown = 0, others = 0;
+  std::string unknown_where, others_where;
+  for (; !text.at_end(); text.next_line()) {
+    const char* start = text.position();
+    const char* stop = start;
+    while (stop != text.end() && !is_line_end(*stop)) ++stop;
+    std::string_view line(start, static_cast<std::size_t>(stop - start));
+    if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
+    const std::vector<std::string_view> fields = fields_of(line);
+    if (fields.empty() || fields[0].starts_with('#') || fields[0] == "T") continue;  // remarks, terrain
+    double ids[3] = {};
+    const bool numbered = fields.size() >= 3 && whole_number(fields[0], ids[0]) && whole_number(fields[1], ids[1]);
+    if (numbered && fields.size() == 3 && whole_number(fields[2], ids[2])) continue;  // scenes that follow one another
+    if (!numbered || fields.size() < 9) {
+      if (unknown++ == 0) unknown_where = text.where(start);
+      continue;
+    }
+    double v[7] = {0, 0, 0, 1, 0, 0, 0};  // x y z scale azimuth inclination twist
+    const bool scaled = fields.size() >= 10;
+    for (std::size_t i = 0, field = 3; i < 7; ++i) {
+      if (i == 3 && !scaled) continue;
+      if (!whole(fields[field], v[i]) || !(std::abs(v[i]) <= 1e30)) throw Error(Code::kBadInput, text.where(start), "is not a finite number (" + shown_as(fields[field]) + ")");
+      ++field;
+    }
+    if (first) scene = ids[0];
+    first = false;
+    if (ids[0] != scene) {
+      if (others++ == 0) others_where = text.where(start);
+      continue;
+    }
+    OpsRow row;
+    row.where = text.where(start);
+    row.file = std::string(fields[2]);
+    for (char& c : row.file)
+      if (c == '\\') c = '/';
+    check_name(row.file, row.where);
+    const double unit = options.radians ? 1 : std::numbers::pi / 180;
+    Affine move;
+    move.m[3] = v[0];
+    move.m[7] = v[1];
+    move.m[11] = v[2];
+    const double azimuth = v[4] * unit;
+    row.placement = move * turn(V3d(-std::sin(azimuth), std::cos(azimuth), 0), v[5] * unit) * Affine::scale(v[3] == 0 ? 1 : v[3]) * turn(V3d(0, 0, 1), v[6] * unit);
+    rows.push_back(std::move(row));
+  }
+  if (unknown) report.issue("plant-rows", "rows of a scene that place no file; skipped", unknown, unknown_where);
+  if (others) report.issue("plant-scenes", "rows of further scenes in the file (times, variants); only the first scene is read", others, others_where);
+  return rows;
+}
+
+Scene read_ops(const Input& input, const PlantOptions& options, Report& report) {
+  struct Part {
+    Plant plant;
+    std::uint32_t first_material = 0;
+  };
+  Scene scene;
+  std::map<std::string, Part> parts;  // by the file found
+  std::int64_t skipped = 0, placed = 0, organs = 0;
+  std::string skipped_where, skipped_name;
+  const std::vector<OpsRow> rows = read_ops_rows(input, options, report);
+  for (const OpsRow& row : rows) {
+    const std::string extension = extension_of(row.file);
+    if (extension != ".opf" && extension != ".gwa" && extension != ".lig") {
+      if (skipped++ == 0) {
+        skipped_where = row.where;
+        skipped_name = row.file;
+      }
+      continue;
+    }
+    const std::string found = find_beside(input.path, row.file);
+    if (found.empty()) throw Error(Code::kFile, row.file, "named at " + row.where + ", is not there", "put it beside the scene");
+    auto at = parts.find(found);
+    if (at == parts.end()) {
+      const FileBytes bytes(found);
+      const Input part{bytes.bytes(), found};
+      std::vector<std::string> files{found};
+      at = parts.emplace(found, Part{extension == ".lig" ? open_line_tree(part, files, report) : read_opf(part, report), static_cast<std::uint32_t>(scene.materials.size())}).first;
+      const Plant& plant = at->second.plant;
+      scene.materials.insert(scene.materials.end(), plant.materials.begin(), plant.materials.end());
+      for (const std::string& file : files) add_source(scene, file);
+    }
+    const Plant& plant = at->second.plant;
+    place_plant(plant, row.placement * Affine::scale(options.unit > 0 ? options.unit : plant.unit), at->second.first_material, scene, report, row.where);
+    ++placed;
+    organs += static_cast<std::int64_t>(plant.organs.size());
+    if (report.progress) report.progress("place plants", static_cast<double>(placed) / static_cast<double>(rows.size()));
+  }
+  if (skipped) report.issue("plant-part", "rows that place other files than .opf, .gwa and .lig (first: " + shown_as(skipped_name) + "); skipped", skipped, skipped_where);
+  report.count("plants", static_cast<double>(placed));
+  report.count("organs", static_cast<double>(organs));
+  finish_mesh(scene, report, input.path, "places no plant with drawable geometry");
+  return scene;
+}
+
+}  // namespace texel

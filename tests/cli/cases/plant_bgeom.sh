@@ -1,0 +1,1 @@
+printf '!bGEOM' > p.bgeom; texel bake p.bgeom -o x.texel

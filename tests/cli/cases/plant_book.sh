@@ -1,0 +1,1 @@
+printf '<package/>' > book.opf; texel bake book.opf -o x.texel

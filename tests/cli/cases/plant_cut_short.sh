@@ -1,0 +1,1 @@
+printf '<opf>\n<topology>' > p.opf; texel bake p.opf -o x.texel

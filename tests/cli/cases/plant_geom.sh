@@ -1,0 +1,1 @@
+printf 'Scene' > p.geom; texel bake p.geom -o x.texel

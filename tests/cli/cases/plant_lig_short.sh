@@ -1,0 +1,1 @@
+printf 'short' > p.lig; touch p.dsp; texel bake p.lig -o x.texel

@@ -1,0 +1,1 @@
+printf '1\t1\tp.opf\t0\t0\t0\t1\t0\t0\t0\n' > s.ops; texel bake s.ops -o x.texel

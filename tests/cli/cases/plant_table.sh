@@ -1,0 +1,1 @@
+printf '0' > p.dta; texel bake p.dta -o x.texel

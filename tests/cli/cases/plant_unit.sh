@@ -1,0 +1,1 @@
+texel bake p.opf -o x.texel --unit inch
