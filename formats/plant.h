@@ -46,7 +46,7 @@ struct PlantOrgan {
 struct Plant {
   std::vector<PlantMesh> meshes;
   std::vector<Material> materials;
-  std::vector<PlantOrgan> organs;        // in the file's order
+  std::vector<PlantOrgan> organs;        // in the file's order; each has a triangle at least, so that scenes of them are bounded by their triangles
   double unit = 0.01;                    // metres, by the format; 0: none
 };
 

@@ -32,7 +32,7 @@ namespace texel {
 struct ReadOptions {
   std::string implicit;        // formats/expression.h; empty: none
   std::optional<double> iso;   // of all implicit surfaces; default: the input's own
-  PlantOptions plants;         // how plant files are read; a unit given there scales meshes, too
+  PlantOptions plants{};       // how plant files are read; a unit given there scales meshes, too
   HeightOptions heights;       // how pictures are read; a noise field it asks for is a scene of its own, joined last
 };
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report);

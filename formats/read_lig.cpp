@@ -51,13 +51,14 @@ bool symbol_fits(std::span<const char> bytes, bool big) {
 }
 
 constexpr std::size_t kHeader = 80, kRecord = 76;
+constexpr std::uint32_t kSymbols = 4096;  // numbers below, as AMAP has them
 
 // Records, of the first thousand, that can be so in this order of bytes.
 std::size_t good_records(std::span<const char> bytes, bool big) {
   const Words words(bytes, big);
   std::size_t good = 0;
   for (std::size_t at = kHeader; at < std::min(bytes.size(), kHeader + 1000 * kRecord); at += kRecord) {
-    bool fits = words.word(at) < 4096;
+    bool fits = words.word(at) < kSymbols;
     for (std::size_t i = 0; i < 14; ++i) fits = fits && std::abs(words.real(at + 16 + 4 * i)) < 1e12;
     good += fits;
   }
@@ -93,6 +94,7 @@ class DtaReader {
       symbol.file = std::string(file) + (small(file).ends_with(".smb") ? "" : ".smb");
       symbol.material = plain_organ();
       symbol.material.name = "symbol_" + std::to_string(symbol.number);
+      by_number_.emplace(key, symbols_.size());
       symbols_.push_back(std::move(symbol));
       text_.next_line();
     }
@@ -140,7 +142,7 @@ class DtaReader {
       double* rgb = key == "diffuse" ? sets[set].diffuse : key == "specular" ? sets[set].specular : key == "emission" ? sets[set].emission : ambient_;
       if (key == "symbole") {
         close();
-        symbol = find(number("symbol's number"));
+        symbol = find(finite("symbol's number"));
         sets[0] = sets[1] = {};
         set = 0;
         diffuse_seen = false;
@@ -171,8 +173,7 @@ class DtaReader {
 
   // By its number, else by its place in the table.
   PlantSymbol* find(double key) {
-    for (PlantSymbol& s : symbols_)
-      if (static_cast<double>(s.number) == key) return &s;
+    if (const auto at = by_number_.find(key); at != by_number_.end()) return &symbols_[at->second];
     if (key >= 1 && key <= static_cast<double>(symbols_.size()) && key == std::floor(key)) return &symbols_[static_cast<std::size_t>(key) - 1];
     report_.issue("plant-symbol", "colours of symbols that the table does not have; not used", 1, text_.where());
     return nullptr;
@@ -182,6 +183,7 @@ class DtaReader {
   Report& report_;
   std::string path_;
   std::vector<PlantSymbol> symbols_;
+  std::map<double, std::size_t> by_number_;
   double ambient_[3] = {};
 };
 
@@ -292,22 +294,34 @@ Plant read_lig(const Input& input, const std::vector<PlantSymbol>& table, const 
   const Words words(bytes, big_good >= little_good);
 
   Plant plant;
-  std::map<std::uint32_t, std::uint32_t> slots;  // symbol -> mesh and material; kNoIndex: none
+  struct Slot {
+    std::uint32_t mesh, material;  // kNoIndex: none
+  };
+  std::map<std::uint32_t, Slot> slots;
+  std::map<std::string, std::uint32_t> loaded;
+  std::map<std::int64_t, const PlantSymbol*> symbols;
+  for (const PlantSymbol& symbol : table) symbols.emplace(symbol.number, &symbol);
   std::int64_t no_symbol = 0, bad_matrices = 0;
   std::string missing;
   const auto slot_of = [&](std::uint32_t number) {
     const auto at = slots.find(number);
     if (at != slots.end()) return at->second;
-    std::uint32_t slot = kNoIndex;
-    const auto symbol = std::find_if(table.begin(), table.end(), [&](const PlantSymbol& s) { return s.number == number; });
-    PlantMesh mesh;
-    if (symbol != table.end() && load(symbol->file, mesh)) {
-      slot = static_cast<std::uint32_t>(plant.meshes.size());
-      plant.meshes.push_back(std::move(mesh));
-      plant.materials.push_back(symbol->material);
-    } else if (missing.empty()) {
-      missing = symbol == table.end() ? "number " + std::to_string(number) + " is not in the table" : shown_as(symbol->file) + " is not there";
+    Slot slot{kNoIndex, kNoIndex};
+    const auto symbol = number < kSymbols ? symbols.find(number) : symbols.end();
+    if (symbol != symbols.end()) {
+      const std::string& file = symbol->second->file;
+      auto mesh = loaded.find(file);
+      if (PlantMesh read; mesh == loaded.end() && load(file, read)) {
+        mesh = loaded.emplace(file, static_cast<std::uint32_t>(plant.meshes.size())).first;
+        plant.meshes.push_back(std::move(read));
+      }
+      if (mesh != loaded.end()) {
+        slot = {mesh->second, static_cast<std::uint32_t>(plant.materials.size())};
+        plant.materials.push_back(symbol->second->material);
+      }
     }
+    if (slot.mesh == kNoIndex && missing.empty())
+      missing = symbol == symbols.end() ? "number " + std::to_string(number) + " is not in the table" : shown_as(symbol->second->file) + " is not there";
     slots.emplace(number, slot);
     return slot;
   };
@@ -325,9 +339,11 @@ Plant read_lig(const Input& input, const std::vector<PlantSymbol>& table, const 
     organ.base = words.real(at + 64);
     organ.tip = words.real(at + 68);
     organ.id = static_cast<std::int32_t>(words.word(at + 72));
-    organ.mesh = organ.material = slot_of(words.word(at));
-    if (organ.mesh == kNoIndex) ++no_symbol;
-    else plant.organs.push_back(organ);
+    const Slot slot = slot_of(words.word(at));
+    organ.mesh = slot.mesh;
+    organ.material = slot.material;
+    if (slot.mesh == kNoIndex) ++no_symbol;
+    else if (!plant.meshes[slot.mesh].triangles.empty()) plant.organs.push_back(organ);
     if (report.progress && plant.organs.size() % 65536 == 1) report.progress("read", static_cast<double>(at) / static_cast<double>(bytes.size()));
   }
   if (bad_matrices) report.issue("plant-matrix", "organs whose matrix is not twelve finite numbers; left out", bad_matrices, input.path);

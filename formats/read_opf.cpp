@@ -290,9 +290,11 @@ class OpfReader : public XmlHandler {
     mesh.points.swap(points_);
     points_ = {};
     settle_points(mesh);
+    const bool is_gwa = stack_.back() == At::kGwa;
+    if (is_gwa && mesh.triangles.empty()) return;
     const auto slot = static_cast<std::uint32_t>(plant_.meshes.size());
     plant_.meshes.push_back(std::move(mesh));
-    if (stack_.back() == At::kGwa) {
+    if (is_gwa) {
       plant_.meshes.back().tapers = false;
       PlantOrgan organ;
       organ.mesh = slot;
@@ -411,6 +413,7 @@ class OpfReader : public XmlHandler {
       }
       PlantOrgan organ = plant_.organs[i];
       organ.mesh = at->second.mesh;
+      if (plant_.meshes[organ.mesh].triangles.empty()) continue;
       organ.material = at->second.material;
       if (plant_.meshes[organ.mesh].tapers && std::isfinite(organ.base) && std::isfinite(organ.tip) && scales_across(organ.matrix)) odd_tapers_.add(placed_[i].line);
       plant_.organs[kept++] = organ;

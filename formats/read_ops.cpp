@@ -123,7 +123,7 @@ Scene read_ops(const Input& input, const PlantOptions& options, Report& report) 
     std::uint32_t first_material = 0;
   };
   Scene scene;
-  std::map<std::string, Part> parts;  // by the file found
+  std::map<std::string, Part> parts;  // by the file it really is
   std::int64_t skipped = 0, placed = 0, organs = 0;
   std::string skipped_where, skipped_name;
   const std::vector<OpsRow> rows = read_ops_rows(input, options, report);
@@ -138,12 +138,15 @@ Scene read_ops(const Input& input, const PlantOptions& options, Report& report) 
     }
     const std::string found = find_beside(input.path, row.file);
     if (found.empty()) throw Error(Code::kFile, row.file, "named at " + row.where + ", is not there", "put it beside the scene");
-    auto at = parts.find(found);
+    std::error_code ec;
+    const fs::path real = fs::weakly_canonical(found, ec);
+    const std::string key = ec ? found : real.string();
+    auto at = parts.find(key);
     if (at == parts.end()) {
       const FileBytes bytes(found);
       const Input part{bytes.bytes(), found};
       std::vector<std::string> files{found};
-      at = parts.emplace(found, Part{extension == ".lig" ? open_line_tree(part, files, report) : read_opf(part, report), static_cast<std::uint32_t>(scene.materials.size())}).first;
+      at = parts.emplace(key, Part{extension == ".lig" ? open_line_tree(part, files, report) : read_opf(part, report), static_cast<std::uint32_t>(scene.materials.size())}).first;
       const Plant& plant = at->second.plant;
       scene.materials.insert(scene.materials.end(), plant.materials.begin(), plant.materials.end());
       for (const std::string& file : files) add_source(scene, file);

@@ -295,6 +295,54 @@ TEST(Gwa, ColoursAndUnits) {
   EXPECT_DOUBLE_EQ(measure(scene.mesh).box.max.x, 1);
 }
 
+TEST(Plants, TheSampleIsWhole) {
+  Report report;
+  const std::string path = std::string(TEXEL_SAMPLES) + "/plant/plant.opf";
+  const Scene scene = read_scene(path, report);
+  const FileBytes bytes(path);
+  const Plant plant = read_opf({bytes.bytes(), path}, report);
+  EXPECT_TRUE(report.issues.empty());
+  const auto leaves = std::count_if(plant.organs.begin(), plant.organs.end(), [](const PlantOrgan& o) { return o.mesh == 1; });
+  EXPECT_EQ(plant.organs.size(), 452u);  // what make.py grows
+  EXPECT_EQ(scene.mesh.triangles.size(), 12 * (452 - static_cast<std::size_t>(leaves)) + 10 * static_cast<std::size_t>(leaves));
+  Mesh trunk;  // turned outwards
+  trunk.points = scene.mesh.points;
+  trunk.triangles.assign(scene.mesh.triangles.begin(), scene.mesh.triangles.begin() + 12);
+  EXPECT_GT(measure(trunk).volume, 0);
+}
+
+TEST(Plants, AUnitScalesMeshesToo) {
+  TestFolder folder;
+  const std::string path = folder.write("a.obj", "v 0 0 0\nv 100 0 0\nv 0 50 0\nf 1 2 3\n");
+  Report report;
+  EXPECT_DOUBLE_EQ(measure(read_in(path, 0.01, report).mesh).box.max.x, 1);
+  EXPECT_DOUBLE_EQ(measure(read_in(path, 0, report).mesh).box.max.x, 100);
+}
+
+TEST(Plants, TheRootDecidesWhatAFileIs) {
+  TestFolder folder;
+  Report report;
+  const std::string path = folder.write("soil.opf", "<gwa><mesh><points>0 0 0 1 0 0 0 1 0</points><faces>0 1 2</faces></mesh></gwa>");
+  EXPECT_EQ(read_scene(path, report).mesh.triangles.size(), 1u);
+  ASSERT_TRUE(find_issue(report, "wrong-extension"));
+}
+
+TEST(Plants, ReadingTellsHowFarItIs) {
+  std::string organs;
+  for (int i = 0; i < 40000; ++i) organs += "<follow>" + organ("") + "</follow>";
+  Report report;
+  double last = 0;
+  int calls = 0;
+  report.progress = [&](const std::string&, double done) {
+    ++calls;
+    last = done;
+    if (calls > 1) throw Error(Code::kRunning, "", "stopped");  // as Ctrl-C does
+  };
+  EXPECT_EQ(error_of([&] { (void)read_text(opf(organs), report); }), "4: stopped");
+  EXPECT_GT(last, 0);
+  EXPECT_EQ(calls, 2);
+}
+
 TEST(Xml, RootIsFoundBehindWhatMayStandBeforeIt) {
   EXPECT_EQ(xml_root("\xEF\xBB\xBF <?xml version='1.0'?>\n<!-- <gwa> --><!DOCTYPE opf>\n<opf version='2.0'>"), "opf");
   EXPECT_EQ(xml_root("<gwa/>"), "gwa");
