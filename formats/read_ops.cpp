@@ -123,9 +123,29 @@ Scene read_ops(const Input& input, const PlantOptions& options, Report& report) 
     std::uint32_t first_material = 0;
   };
   Scene scene;
-  std::map<std::string, Part> parts;  // by the file it really is
+  std::map<std::string, Part> parts;         // by the file it really is
+  std::map<std::string, const Part*> named;  // by the name in a row
   std::int64_t skipped = 0, placed = 0, organs = 0;
   std::string skipped_where, skipped_name;
+  const auto open = [&](const OpsRow& row) -> const Part& {
+    const std::string found = find_beside(input.path, row.file);
+    if (found.empty()) throw Error(Code::kFile, row.file, "named at " + row.where + ", is not there", "put it beside the scene");
+    std::error_code ec;
+    const fs::path real = fs::weakly_canonical(found, ec);
+    const std::string key = ec ? found : real.string();
+    auto at = parts.find(key);
+    if (at == parts.end()) {
+      const bool line_tree = extension_of(row.file) == ".lig";
+      const FileBytes bytes(found);
+      const Input file{bytes.bytes(), found};
+      std::vector<std::string> files{found};
+      at = parts.emplace(key, Part{line_tree ? open_line_tree(file, files, report) : read_opf(file, report), static_cast<std::uint32_t>(scene.materials.size())}).first;
+      const Plant& plant = at->second.plant;
+      scene.materials.insert(scene.materials.end(), plant.materials.begin(), plant.materials.end());
+      for (const std::string& used : files) add_source(scene, used);
+    }
+    return at->second;
+  };
   const std::vector<OpsRow> rows = read_ops_rows(input, options, report);
   for (const OpsRow& row : rows) {
     const std::string extension = extension_of(row.file);
@@ -136,26 +156,13 @@ Scene read_ops(const Input& input, const PlantOptions& options, Report& report) 
       }
       continue;
     }
-    const std::string found = find_beside(input.path, row.file);
-    if (found.empty()) throw Error(Code::kFile, row.file, "named at " + row.where + ", is not there", "put it beside the scene");
-    std::error_code ec;
-    const fs::path real = fs::weakly_canonical(found, ec);
-    const std::string key = ec ? found : real.string();
-    auto at = parts.find(key);
-    if (at == parts.end()) {
-      const FileBytes bytes(found);
-      const Input part{bytes.bytes(), found};
-      std::vector<std::string> files{found};
-      at = parts.emplace(key, Part{extension == ".lig" ? open_line_tree(part, files, report) : read_opf(part, report), static_cast<std::uint32_t>(scene.materials.size())}).first;
-      const Plant& plant = at->second.plant;
-      scene.materials.insert(scene.materials.end(), plant.materials.begin(), plant.materials.end());
-      for (const std::string& file : files) add_source(scene, file);
-    }
-    const Plant& plant = at->second.plant;
-    place_plant(plant, row.placement * Affine::scale(options.unit > 0 ? options.unit : plant.unit), at->second.first_material, scene, report, row.where);
+    const Part*& part = named[row.file];
+    if (!part) part = &open(row);
+    const Plant& plant = part->plant;
+    place_plant(plant, row.placement * Affine::scale(options.unit > 0 ? options.unit : plant.unit), part->first_material, scene, report, row.where);
     ++placed;
     organs += static_cast<std::int64_t>(plant.organs.size());
-    if (report.progress) report.progress("place plants", static_cast<double>(placed) / static_cast<double>(rows.size()));
+    if (report.progress && placed % 64 == 0) report.progress("place plants", static_cast<double>(placed) / static_cast<double>(rows.size()));
   }
   if (skipped) report.issue("plant-part", "rows that place other files than .opf, .gwa and .lig (first: " + shown_as(skipped_name) + "); skipped", skipped, skipped_where);
   report.count("plants", static_cast<double>(placed));
