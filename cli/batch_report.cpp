@@ -27,11 +27,22 @@ std::string generator() { return std::string("texel ") + TEXEL_VERSION; }
 
 FileStamp stamp_of(const std::string& path) {
   std::error_code ec;
-  const auto bytes = fs::file_size(path, ec);
+  const auto bytes = fs::is_directory(path, ec) ? 0 : fs::file_size(path, ec);
   if (ec) return {path, -1, 0};
   const auto modified = fs::last_write_time(path, ec);
   if (ec) return {path, -1, 0};
   return {path, static_cast<std::int64_t>(bytes), std::chrono::duration_cast<std::chrono::nanoseconds>(modified.time_since_epoch()).count()};
+}
+
+std::vector<FileStamp> stamps_of_pack(const std::string& pack) {
+  std::vector<std::string> names;
+  std::error_code ec;
+  for (fs::recursive_directory_iterator at(pack, ec), end; !ec && at != end; at.increment(ec))
+    if (at.depth() == 0 || at->is_directory(ec)) names.push_back(at->path().string());
+  std::sort(names.begin(), names.end());
+  std::vector<FileStamp> stamps;
+  for (const std::string& name : names) stamps.push_back(stamp_of(name));
+  return stamps;
 }
 
 std::map<std::string, BatchResult> read_batch_report(const std::string& path, const std::string& recipe) {

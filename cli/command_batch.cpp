@@ -58,7 +58,7 @@ BatchResult bake_item(const Settings& settings, const BatchItem& item, const std
       result.resolution = std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z);
     }
     for (const SourceFile& source : outcome.sources) result.files.push_back(stamp_of(source.path));
-    result.files.push_back(stamp_of(manifest_of(item.output)));
+    for (FileStamp& own_file : stamps_of_pack(item.output)) result.files.push_back(std::move(own_file));
   } catch (const Error& error) {
     if (interrupted()) result.status = "not begun";
     failed(error.code, error.what());
