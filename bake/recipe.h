@@ -78,6 +78,7 @@ struct Recipe {
   std::int64_t memory = 0;                // bytes; 0: no cap
   HeightOptions heights;                  // how pictures are read; used by read_scene
   PlantOptions plants;                    // how plants are read, and the unit of meshes; used by read_scene
+  std::string texel;                      // which texel of a scene file; empty: the one there is
   WriteOptions write;                     // slice format, full float
 };
 

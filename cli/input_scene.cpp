@@ -17,7 +17,7 @@ namespace texel {
 namespace {
 
 ReadOptions read_options(const Recipe& recipe) {
-  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .heights = recipe.heights};
+  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .texel = recipe.texel, .heights = recipe.heights};
 }
 
 Hypertexture hypertexture(const HypertextureOptions& given) {

@@ -1,5 +1,8 @@
 #include "formats/affine.h"
 
+#include <cmath>
+#include <numbers>
+
 namespace texel {
 
 Affine Affine::operator*(const Affine& b) const {
@@ -13,10 +16,45 @@ double Affine::determinant() const {
   return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
-Affine Affine::scale(double s) {
+Affine Affine::scale(double s) { return scale(V3d(s, s, s)); }
+
+Affine Affine::scale(const V3d& s) {
   Affine r;
-  r.m[0] = r.m[5] = r.m[10] = s;
+  r.m[0] = s.x;
+  r.m[5] = s.y;
+  r.m[10] = s.z;
   return r;
+}
+
+Affine Affine::translation(const V3d& by) {
+  Affine r;
+  r.m[3] = by.x;
+  r.m[7] = by.y;
+  r.m[11] = by.z;
+  return r;
+}
+
+Affine Affine::rotation(const V3d& a, double degrees) {
+  const double turn = std::fmod(degrees, 360), quarters = turn / 90;
+  double c = std::cos(turn * std::numbers::pi / 180), s = std::sin(turn * std::numbers::pi / 180);
+  if (quarters == std::floor(quarters)) {
+    c = std::round(c);
+    s = std::round(s);
+  }
+  const double k = 1 - c;
+  Affine r;
+  r.m = {c + k * a.x * a.x,       k * a.x * a.y - s * a.z, k * a.x * a.z + s * a.y, 0,
+         k * a.y * a.x + s * a.z, c + k * a.y * a.y,       k * a.y * a.z - s * a.x, 0,
+         k * a.z * a.x - s * a.y, k * a.z * a.y + s * a.x, c + k * a.z * a.z,       0};
+  return r;
+}
+
+bool Affine::invertible() const {
+  for (const double v : m)
+    if (!(std::abs(v) <= 1e30)) return false;
+  double lengths = 1;
+  for (std::size_t column = 0; column < 3; ++column) lengths *= V3d(m[column], m[column + 4], m[column + 8]).length();
+  return std::abs(determinant()) > 1e-14 * lengths && lengths > 1e-90;
 }
 
 }  // namespace texel

@@ -16,6 +16,13 @@ struct Affine {
   [[nodiscard]] Affine operator*(const Affine& b) const;
   [[nodiscard]] double determinant() const;  // of the left 3 x 3
   [[nodiscard]] static Affine scale(double s);
+  [[nodiscard]] static Affine scale(const V3d& s);
+  [[nodiscard]] static Affine translation(const V3d& by);
+  // About a unit axis through the origin, counter-clockwise seen against it; multiples of 90 degrees are exact about x, y and z.
+  [[nodiscard]] static Affine rotation(const V3d& axis, double degrees);
+  // Whether it can place a thing: finite, no entry above 1e30, and its axes do not fall into a plane: the determinant is above 1e-14 of the product
+  // of their lengths, which is some twenty times what rounding makes of 0.
+  [[nodiscard]] bool invertible() const;
 };
 
 }  // namespace texel

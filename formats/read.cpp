@@ -9,6 +9,7 @@
 #include "formats/expression.h"
 #include "formats/plant.h"
 #include "formats/plant_files.h"
+#include "formats/read_scene_file.h"
 #include "formats/read_volume.h"
 #include "formats/readers.h"
 #include "formats/xml.h"
@@ -104,7 +105,57 @@ constexpr Refused kRefused[] = {
     {".dsp", "is the table of a line tree, not a plant", "give the .lig file beside it"},
 };
 
-Scene read_one(const std::string& path, const ReadOptions& options, Report& report) {
+// The scenes that are being read within one another, and how many inputs they have had read.
+struct Nest {
+  std::vector<std::string> open;  // as the file system knows them
+  int inputs = 0;
+};
+constexpr std::size_t kMostNested = 16;
+constexpr int kMostInputs = 10000;
+
+Scene read_one(const std::string& path, const ReadOptions& options, Report& report, Nest& nest);
+
+// A texel scene; what it names is read as if it had been given itself.
+Scene read_nested(const Input& input, const ReadOptions& options, Report& report, Nest& nest) {
+  std::error_code ec;
+  const std::filesystem::path real = std::filesystem::weakly_canonical(input.path, ec);
+  const std::string name = ec ? input.path : real.string();
+  if (std::find(nest.open.begin(), nest.open.end(), name) != nest.open.end())
+    throw Error(Code::kBadInput, input.path, "is an input of itself, through " + (nest.open.back() == name ? "its own name" : nest.open.back()), "a scene may not hold itself");
+  if (nest.open.size() >= kMostNested) throw Error(Code::kBadInput, input.path, "is nested " + std::to_string(kMostNested) + " scenes deep", "make it flatter");
+  nest.open.push_back(name);
+  SceneFiles files;
+  files.is_file = [](const std::string& file) {
+    std::error_code none;
+    return std::filesystem::is_regular_file(file, none);
+  };
+  files.open = [](const std::string& file, const std::function<void(const Input&)>& use) {
+    const FileBytes bytes(file);
+    use({bytes.bytes(), file});
+  };
+  files.read = [&](const SceneInput& one) {
+    if (++nest.inputs > kMostInputs) throw Error(Code::kUnsupported, one.path, "is one input too many", "scenes may have " + std::to_string(kMostInputs) + " inputs, those of their scenes included");
+    ReadOptions own = options;
+    own.texel = one.texel;
+    const bool is_scene = by_extension(one.path) == Format::kShape && is_scene_file(FileBytes(one.path).bytes());
+    if (!one.texel.empty() && !is_scene) throw Error(Code::kBadInput, one.path, "is no scene and has no texels", "leave \"texel\" out");
+    if (!is_scene) {
+      if (one.unit > 0) own.plants.unit = one.unit;
+      return read_one(one.path, own, report, nest);
+    }
+    Scene part = read_one(one.path, own, report, nest);
+    if (one.unit > 0 && part.implicits.empty() && part.heights.empty()) {
+      for (V3d& p : part.mesh.points) p *= one.unit;
+      for (Instance& instance : part.instances) instance.place = Affine::scale(one.unit) * instance.place;
+    }
+    return part;
+  };
+  Scene scene = read_scene_file(input, options.texel, files, report);
+  nest.open.pop_back();
+  return scene;
+}
+
+Scene read_one(const std::string& path, const ReadOptions& options, Report& report, Nest& nest) {
   if (std::error_code ec; is_picture(path) && !std::filesystem::is_directory(path, ec)) return read_height(path, options.heights, report);
   Format format = by_extension(path);
   if (format == Format::kUnknown) {
@@ -144,7 +195,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
       case Format::kOps: return read_ops(input, options.plants, report);
       case Format::kLig: return read_line_tree(input, options.plants, report);
       case Format::kSmb: return symbol_scene(input, options.plants, report);
-      case Format::kShape: return read_shape(input, options.iso, report);
+      case Format::kShape: return is_scene_file(input.bytes) ? read_nested(input, options, report, nest) : read_shape(input, options.iso, report);
       case Format::kDf3: return volume_scene(read_df3(input, report), options.iso, path);
       case Format::kMhd:
       case Format::kMha: return read_mhd_scene(input, options.iso, report);
@@ -182,7 +233,9 @@ void join_textures(Scene& to, Scene& from) {
       if (use->used()) use->texture = number[static_cast<std::size_t>(use->texture)];
 }
 
-void join(Scene& to, Scene&& from) {
+}  // namespace
+
+void join_scenes(Scene& to, Scene&& from) {
   for (HeightField& field : from.heights) {
     field.material += static_cast<std::uint32_t>(to.materials.size());
     to.heights.push_back(std::move(field));
@@ -229,6 +282,8 @@ void join(Scene& to, Scene&& from) {
     if (std::none_of(to.sources.begin(), to.sources.end(), [&](const SourceFile& s) { return s.path == source.path; }))
       to.sources.push_back(std::move(source));
 }
+
+namespace {
 
 void drop_alpha(Image& image) {
   if (!image.has_alpha()) return;
@@ -378,17 +433,19 @@ Scene read_scene(std::span<const std::string> paths, const ReadOptions& options,
   if (paths.empty() && options.implicit.empty() && options.heights.perlin.period == 0) throw Error(Code::kCommandLine, "", "no input given");
   std::optional<Scene> all;
   const auto take = [&](Scene&& scene) {
-    if (all) join(*all, std::move(scene));
+    if (all) join_scenes(*all, std::move(scene));
     else all = std::move(scene);
   };
   for (const std::string& path : paths) {
-    Scene read = read_one(path, options, report);
+    Nest nest;
+    Scene read = read_one(path, options, report, nest);
     if (!read.sources.empty()) read.sources.front().input = true;
     take(std::move(read));
   }
   if (!options.implicit.empty()) take(implicit_scene(read_expression(options.implicit), options.iso.value_or(0), "--implicit"));
   if (options.heights.perlin.period > 0) take(make_perlin_field(options.heights));
   Scene& scene = *all;
+  if (!scene.instances.empty()) report.count("instances", static_cast<double>(scene.instances.size()));
   std::vector<Texture> files = scene.textures;
   scene.load_texture = [files = std::move(files), raw = raw_textures(scene)](int texture) {
     const auto i = static_cast<std::size_t>(texture);

@@ -9,6 +9,7 @@
 //   .opf .gwa  x               x                      any          plants (docs/inputs.md), centimetres, in the scene metres
 //   .ops       places .opf, .gwa and .lig files; .lig with its .dta or .dsp and .smb files: line trees; .smb: one symbol of theirs
 //   pictures   a height field (docs/inputs.md): .png .tif .tiff .exr .jpg .jpeg .hdr .bmp .tga .pgm .ppm .pnm .pfm .webp .jp2
+//   .json      x       x   x       x         x        triangles    texel-scene: any of these, placed (docs/scenes.md; Scene::instances)
 //   .json                          x                               texel-shape: an implicit surface (Scene::implicits), as are the following
 //   .vdb                                                           level set or density, through the module texel_vdb
 //   .df3 .mhd .mha .inr .inr.gz                                    samples on a grid
@@ -33,6 +34,7 @@ struct ReadOptions {
   std::string implicit;        // formats/expression.h; empty: none
   std::optional<double> iso;   // of all implicit surfaces; default: the input's own
   PlantOptions plants{};       // how plant files are read; a unit given there scales meshes, too
+  std::string texel{};         // which one of scene files; empty: the one there is
   HeightOptions heights;       // how pictures are read; a noise field it asks for is a scene of its own, joined last
 };
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report);

@@ -1,18 +1,17 @@
 // texel-shape files: JSON -> one program over x, y, z. The schema is in docs/inputs.md.
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "formats/error.h"
 #include "formats/expression.h"
+#include "formats/json_reader.h"
 #include "formats/program.h"
 #include "formats/readers.h"
 
 namespace texel {
 namespace {
 
-using Json = nlohmann::json;
 using Node = ProgramBuilder::Node;
 
 constexpr std::size_t kMostBytes = 16u << 20;
@@ -22,9 +21,9 @@ struct Point {
   Node at[3];
 };
 
-class ShapeReader {
+class ShapeReader : private JsonReader {
  public:
-  explicit ShapeReader(const std::string& file) : file_(file) {}
+  explicit ShapeReader(const std::string& path) : JsonReader(path, "docs/inputs.md") {}
 
   Scene read(const Json& root, std::optional<double> iso) {
     if (!root.is_object() || !root.contains("format") || root.at("format") != "texel-shape")
@@ -42,86 +41,26 @@ class ShapeReader {
       const Box3d box(V3d(b[0], b[1], b[2]), V3d(b[3], b[4], b[5]));
       if (!(b[0] < b[3] && b[1] < b[4] && b[2] < b[5])) fail("/box", "has no volume", "give [X0, Y0, Z0, X1, Y1, Z1] with each X1 > X0");
       scene.materials.push_back(plain_color("default", Material().kd));
-      scene.implicits.push_back({field, iso.value_or(0), box, 0, file_});
+      scene.implicits.push_back({field, iso.value_or(0), box, 0, file()});
     } else {
-      scene = implicit_scene(field, iso.value_or(0), file_);
+      scene = implicit_scene(field, iso.value_or(0), file());
     }
     if (root.contains("material")) scene.materials[0] = material(root.at("material"), "/material");
     return scene;
   }
 
  private:
-  [[noreturn]] void fail(const std::string& path, const std::string& what, const std::string& hint) const {
-    throw Error(Code::kBadInput, file_, (path.empty() ? "" : path + " ") + what, hint);
-  }
-  static std::string shown(const Json& v) {
-    std::string text = v.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (text.size() > 60) text = text.substr(0, 57) + "...";
-    return text;
-  }
-  void check_keys(const Json& object, const std::string& path, std::initializer_list<const char*> known) const {
-    if (!object.is_object()) fail(path.empty() ? "/" : path, "is " + shown(object), "expected an object");
-    for (const auto& [key, value] : object.items()) {
-      if (std::any_of(known.begin(), known.end(), [&, &k = key](const char* name) { return k == name; })) continue;
-      std::string names;
-      for (const char* name : known) names += (names.empty() ? "" : ", ") + std::string(name);
-      fail(path + "/" + Json(key).dump(-1, ' ', false, Json::error_handler_t::replace), "is an unknown key", "known: " + names);
-    }
-  }
-  double number(const Json& v, const std::string& path) const {
-    if (!v.is_number() || !(std::abs(v.get<double>()) < 1e100)) fail(path, "is " + shown(v), "expected a number");
-    return v.get<double>();
-  }
-  double positive(const Json& v, const std::string& path) const {
-    const double d = number(v, path);
-    if (!(d > 0)) fail(path, "is " + shown(v), "expected a number > 0");
-    return d;
-  }
-  std::vector<double> numbers(const Json& v, const std::string& path, std::size_t count) const {
-    if (!v.is_array() || v.size() != count) fail(path, "is " + shown(v), "expected " + std::to_string(count) + " numbers");
-    std::vector<double> r;
-    for (std::size_t i = 0; i < count; ++i) r.push_back(number(v[i], path + "/" + std::to_string(i)));
-    return r;
-  }
-  V3d vector(const Json& v, const std::string& path) const {
-    const std::vector<double> n = numbers(v, path, 3);
-    return {n[0], n[1], n[2]};
-  }
-  V3d direction(const Json& v, const std::string& path) const {
-    const V3d d = vector(v, path);
-    if (!(d.length() > 1e-100)) fail(path, "is " + shown(v), "expected a direction other than 0");
-    return d.normalized();
-  }
-  const Json& need(const Json& object, const char* key, const std::string& path) const {
-    if (!object.contains(key)) fail(path, std::string("has no \"") + key + "\"", "see docs/inputs.md");
-    return object.at(key);
-  }
-  V3d vector_or(const Json& object, const char* key, const std::string& path, const V3d& otherwise) const {
-    return object.contains(key) ? vector(object.at(key), path + "/" + key) : otherwise;
-  }
-
   Material material(const Json& v, const std::string& path) const {
     check_keys(v, path, {"name", "kd", "ks", "ke", "roughness", "opacity"});
     Material m;
     m.name = "shape";
-    const auto share = [&](const Json& value, const std::string& at, double most = 1) {
-      const double d = number(value, at);
-      if (!(d >= 0 && d <= most)) fail(at, "is " + shown(value), "expected a number from 0 to " + std::to_string(static_cast<int>(most)));
-      return static_cast<float>(d);
-    };
-    const auto color = [&](const char* key, V3f& to, double most) {
-      if (!v.contains(key)) return;
-      const std::string at = path + "/" + key;
-      (void)numbers(v.at(key), at, 3);
-      for (int i = 0; i < 3; ++i) to[i] = share(v.at(key)[static_cast<std::size_t>(i)], at + "/" + std::to_string(i), most);
-    };
     if (v.contains("name")) {
       if (!v.at("name").is_string()) fail(path + "/name", "is " + shown(v.at("name")), "expected text");
       m.name = v.at("name").get<std::string>();
     }
-    color("kd", m.kd, 1);
-    color("ks", m.ks, 1);
-    color("ke", m.ke, 10000);
+    if (v.contains("kd")) m.kd = color(v.at("kd"), path + "/kd");
+    if (v.contains("ks")) m.ks = color(v.at("ks"), path + "/ks");
+    if (v.contains("ke")) m.ke = color(v.at("ke"), path + "/ke", 10000);
     if (v.contains("roughness")) m.roughness = share(v.at("roughness"), path + "/roughness");
     if (v.contains("opacity")) m.opacity = share(v.at("opacity"), path + "/opacity");
     return m;
@@ -300,7 +239,7 @@ class ShapeReader {
 
   Node expression(const Json& v, const std::string& path, const Point& p) {
     if (!v.is_string()) fail(path, "is " + shown(v), "expected text");
-    return read_expression(v.get<std::string>(), {file_ + ": " + path, Code::kBadInput}, build_, p.at);
+    return read_expression(v.get<std::string>(), {file() + ": " + path, Code::kBadInput}, build_, p.at);
   }
 
   // Σ weight·falloff(distance/radius) − threshold over points and segments.
@@ -352,23 +291,13 @@ class ShapeReader {
     return sub(sum, c(threshold));
   }
 
-  const std::string& file_;
   ProgramBuilder build_;
 };
 
 }  // namespace
 
 Scene read_shape(const Input& input, std::optional<double> iso, Report&) {
-  if (input.bytes.size() > kMostBytes) throw Error(Code::kUnsupported, input.path, "is too large for a shape (" + std::to_string(input.bytes.size()) + " bytes)", "the most is 16 MiB");
-  Json root;
-  try {
-    root = Json::parse(input.bytes.begin(), input.bytes.end());
-  } catch (const Json::parse_error& error) {
-    const auto end = input.bytes.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(error.byte, input.bytes.size()));
-    throw Error(Code::kBadInput, input.path + ":" + std::to_string(1 + std::count(input.bytes.begin(), end, '\n')), "is not JSON", "a shape is {\"format\": \"texel-shape\", \"shape\": {...}}");
-  } catch (const Json::out_of_range&) {
-    throw Error(Code::kBadInput, input.path, "holds a number too large to compute with", "the largest is about 1e100");
-  }
+  const Json root = parse_json(input, kMostBytes, "shape", "{\"format\": \"texel-shape\", \"shape\": {...}}");
   return ShapeReader(input.path).read(root, iso);
 }
 

@@ -72,6 +72,10 @@ void finish_mesh(Scene& scene, Report& report, const std::string& where, const s
 // Linear colour from three stored sRGB values in [0,1]; values that are not numbers give white and false.
 [[nodiscard]] bool decode_color(const double* rgb, V3f& linear);
 
+// Appends the other scene: its indices moved on, textures and sources that are there already shared. Throws Error{kUnsupported} for more than 2^32
+// vertices of the two meshes.
+void join_scenes(Scene& to, Scene&& from);
+
 // A scene of one solid, field >= iso, of the default material, in the field's own bounds.
 [[nodiscard]] Scene implicit_scene(std::shared_ptr<const Field> field, double iso, const std::string& name);
 
