@@ -104,7 +104,7 @@ int up_axis(int up, const std::vector<SourceFile>& sources) {
     std::string extension = source.path.substr(dot);
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     if (extension == ".obj" || extension == ".ply" || extension == ".off") return 1;
-    for (const char* z_up : {".stl", ".opf", ".ops", ".gwa", ".lig", ".smb"})
+    for (const char* z_up : {".json", ".stl", ".opf", ".ops", ".gwa", ".lig", ".smb"})
       if (extension == z_up) return 2;
   }
   return 2;

@@ -27,7 +27,7 @@ struct Camera {
 // The same for a box's corners.
 [[nodiscard]] Camera orbit_camera(const Box3d& box, double azimuth, double elevation, double fov = 30, int up = 2, double aspect = 1);
 
-// The up axis (0…2): `up` where it is one, else the habit of the first mesh's format: y for .obj, .ply and .off, z for all others.
+// The up axis (0…2): `up` where it is one, else the habit of the first mesh's format: y for .obj, .ply and .off, z for all others (scenes, too).
 [[nodiscard]] int up_axis(int up, const std::vector<SourceFile>& sources);
 
 struct ViewOptions {

@@ -10,13 +10,14 @@
 #include <set>
 
 #include "formats/error.h"
+#include "formats/text_scanner.h"
 
 namespace texel {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Without pictures, which in folders of models are textures, and without .json that may be anything.
+// Without pictures, which in folders of models are textures, and without .json, of which only scenes are taken.
 constexpr const char* kTaken[] = {".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz"};
 
 std::string small(std::string text) {
@@ -27,6 +28,17 @@ std::string small(std::string text) {
 bool is_taken(const fs::path& path) {
   const std::string name = small(path.filename().string());
   return std::any_of(std::begin(kTaken), std::end(kTaken), [&](const char* end) { return name.ends_with(end); });
+}
+
+bool is_json(const fs::path& path) { return small(path.extension().string()) == ".json"; }
+
+// Whether a file of a folder is a scene; of .json files only those that say so with their first word are looked at.
+bool is_scene(const fs::path& path) {
+  try {
+    return is_json(path) && is_scene_file(FileBytes(path.string()).bytes(), true);
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 // Found files and the folder, below the output, where each one's pack goes.
@@ -42,18 +54,25 @@ class Collector {
 
   [[nodiscard]] std::vector<BatchItem> items(const std::string& output) const {
     std::map<std::string, int> packs;
-    for (const auto& [file, place] : found_) ++packs[pack_of(file, place, false)];
+    for (const Found& found : found_) ++packs[pack_of(found, false)];
     std::vector<BatchItem> all;
-    for (const auto& [file, place] : found_) {
-      const bool alone = packs[pack_of(file, place, false)] == 1;
-      all.push_back({file, (fs::path(output) / pack_of(file, place, !alone)).string()});
+    for (const Found& found : found_) {
+      const bool alone = packs[pack_of(found, false)] == 1;
+      all.push_back({found.file, (fs::path(output) / pack_of(found, !alone)).string(), found.texel.name, found.texel.recipes});
     }
     return all;
   }
 
  private:
-  static std::string pack_of(const std::string& file, const std::string& place, bool whole_name) {
+  struct Found {
+    std::string file, place;
+    SceneTexel texel;
+  };
+
+  static std::string pack_of(const Found& found, bool whole_name) {
+    const auto& [file, place, texel] = found;
     fs::path name = fs::path(file).filename();
+    if (!texel.name.empty()) return (fs::path(place) / (whole_name ? name.string() + "." + texel.name : texel.name)).string() + ".texel";
     if (!whole_name && small(name.string()).ends_with(".inr.gz")) name = name.stem();
     return (fs::path(place) / (whole_name ? name : name.stem())).string() + ".texel";
   }
@@ -61,7 +80,19 @@ class Collector {
   void add_file(const std::string& file, const std::string& place) {
     std::error_code ec;
     const fs::path real = fs::weakly_canonical(file, ec);
-    if (seen_.insert(ec ? file : real.string()).second) found_.emplace_back(file, place);
+    if (!seen_.insert(ec ? file : real.string()).second) return;
+    for (const SceneTexel& texel : texels_of(file)) found_.push_back({file, place, texel});
+  }
+
+  // One without a name for all that is no scene. A scene that cannot be read is an item that says so.
+  static std::vector<SceneTexel> texels_of(const std::string& file) {
+    std::vector<SceneTexel> texels;
+    std::error_code ec;
+    try {
+      if (is_json(file) && fs::is_regular_file(file, ec)) texels = list_texels(file);
+    } catch (const Error&) {
+    }
+    return texels.empty() ? std::vector<SceneTexel>(1) : texels;
   }
 
   void add_folder(const std::string& folder) {
@@ -74,7 +105,7 @@ class Collector {
       const bool hidden = at->path().filename().string().starts_with(".");
       if (at->is_directory(ec)) {
         if (hidden || fs::exists(at->path() / "manifest.json", ec)) at.disable_recursion_pending();
-      } else if (!hidden && at->is_regular_file(ec) && is_taken(at->path())) {
+      } else if (!hidden && at->is_regular_file(ec) && (is_taken(at->path()) || is_scene(at->path()))) {
         files.push_back(at->path());
       }
     }
@@ -109,7 +140,7 @@ class Collector {
     }
   }
 
-  std::vector<std::pair<std::string, std::string>> found_;
+  std::vector<Found> found_;
   std::set<std::string> seen_;
   int depth_ = 0;
 };

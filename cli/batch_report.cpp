@@ -56,6 +56,7 @@ std::map<std::string, BatchResult> read_batch_report(const std::string& path, co
       BatchResult r;
       r.input = j.at("input").get<std::string>();
       r.output = j.at("pack").get<std::string>();
+      if (j.contains("texel")) r.texel = j.at("texel").get<std::string>();
       r.status = j.at("status").get<std::string>();
       r.resolution = j.at("resolution").get<std::string>();
       for (const Json& f : j.at("files")) r.files.push_back(stamp_in(f));
@@ -80,6 +81,7 @@ std::string batch_report_json(const std::vector<BatchResult>& results, const std
   j["items"] = Json::array();
   for (const BatchResult& r : results) {
     Json item{{"input", r.input}, {"pack", r.output}, {"status", r.status}, {"exit_status", r.code}};
+    if (!r.texel.empty()) item["texel"] = r.texel;
     if (!r.message.empty()) item["message"] = r.message;
     item["seconds"] = r.seconds;
     item["resolution"] = r.resolution;
@@ -101,7 +103,7 @@ std::string batch_table(const std::vector<BatchResult>& results) {
       for (const Issue& i : r.issues) note += (&i == &r.issues.front() ? "  [" : " [") + i.id + "]";
     }
     const bool worked = r.status == "baked" || r.status == "up to date";
-    (worked ? good : bad) += padded(r.status, 12) + padded(worked && r.status == "baked" ? seconds_text(r.seconds) : "", 10) + padded(r.input, 40) + "  " + note + "\n";
+    (worked ? good : bad) += padded(r.status, 12) + padded(worked && r.status == "baked" ? seconds_text(r.seconds) : "", 10) + padded(r.texel.empty() ? r.input : r.input + " " + r.texel, 40) + "  " + note + "\n";
   }
   return good + bad;
 }

@@ -23,6 +23,7 @@ struct FileStamp {
 
 struct BatchResult {
   std::string input, output;
+  std::string texel;                   // of a scene file; may be empty
   std::string status;                  // "baked", "up to date", "failed", "not begun"
   int code = 0;                        // exit status `texel bake` would have ended with
   std::string message;                 // of a failure

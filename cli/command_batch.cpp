@@ -16,6 +16,7 @@
 #include "cli/interrupt.h"
 #include "cli/print.h"
 #include "cli/recipe_file.h"
+#include "cli/scene_settings.h"
 #include "formats/error.h"
 
 namespace texel {
@@ -33,11 +34,7 @@ BatchResult bake_item(const Settings& settings, const BatchItem& item, const std
   result.input = item.input;
   result.output = item.output;
   result.status = "failed";
-  Settings own = settings;
-  own.inputs = {item.input};
-  own.output = item.output;
-  own.report_file.clear();
-  own.recipe.threads = 0;              // the batch's own limit holds for all
+  result.texel = item.texel;
   Report report;
   // Which stage an item is in nobody sees: half done once it is planned, as reading is about half of the time of most.
   report.progress = [&](const std::string& stage, double done) {
@@ -50,6 +47,12 @@ BatchResult bake_item(const Settings& settings, const BatchItem& item, const std
     result.message = message;
   };
   try {
+    Settings own = item.recipes.empty() ? settings : parse_options(kBatch, settings.words, nullptr, beneath_all(item.recipes, item.input));
+    own.inputs = {item.input};
+    own.output = item.output;
+    own.report_file.clear();
+    own.recipe.threads = 0;            // the batch's own limit holds for all
+    own.recipe.texel = item.texel;
     Outcome outcome;
     bake_pack(own, report, outcome);
     result.status = outcome.status;
@@ -106,6 +109,7 @@ int command_batch(const Settings& settings) {
       BatchResult& result = results[i];
       if (interrupted()) {
         result.input = items[i].input;
+        result.texel = items[i].texel;
         result.output = items[i].output;
         result.status = "not begun";
         continue;

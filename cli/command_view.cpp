@@ -16,6 +16,7 @@
 #include "cli/print.h"
 #include "cli/recipe_file.h"
 #include "formats/error.h"
+#include "formats/instances.h"
 #include "formats/read_pack.h"
 
 namespace texel {
@@ -72,6 +73,7 @@ Settings sources_of(const Settings& settings) {
 }
 
 Scene meshed(Scene scene, const Recipe& recipe, Report& report) {
+  if (!scene.instances.empty()) scene = flatten_instances(scene);
   return polygonize(mesh_heights(std::move(scene), recipe, report), recipe, report);
 }
 

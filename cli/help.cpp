@@ -18,6 +18,7 @@ struct CommandText {
 constexpr std::array<CommandText, 5> kCommands = {{
     {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene (several inputs: one scene)",
      "INPUT is an .obj (with its .mtl and textures), .ply, .stl or .off file, a plant (.opf, .gwa, .ops, .lig), or a picture of heights; --implicit and --perlin-field stand for one.\n"
+     "A scene file (.json, docs/scenes.md) places inputs, once or a million times; of several texels in it --texel chooses one.\n"
      "A pack is a folder: manifest.json, volume.vdb with its coarser levels, stacks of RGBA slices and preview.png.\n"
      "A pack made by this version from the same bytes with the same recipe is left alone (--force bakes it anyway).\n",
      "  texel bake tree.obj -o tree.texel                        128 voxels along the longest side, all there is\n"
@@ -29,8 +30,8 @@ constexpr std::array<CommandText, 5> kCommands = {{
      "                                                           a height field\n"
      "  texel bake a.obj b.obj -o ab.texel --plan                what would be done, and the memory it takes\n"},
     {kBatch, "batch", "texel batch FILE|FOLDER|LIST... -o FOLDER [options]", "many packs, one of each file",
-     "FILE is an input of `texel bake`, or a pattern in quotes ('plants/*.obj'); of a FOLDER all meshes and volumes in it and below are taken (pictures and .json files\n"
-     "are not: most are textures); a LIST is a .txt file with a file, folder or pattern a line, relative to itself, # before remarks.\n"
+     "FILE is an input of `texel bake`, or a pattern in quotes ('plants/*.obj'); of a FOLDER all meshes and volumes in it and below are taken (pictures are\n"
+     "not: most are textures; of .json files scenes are, an item for each texel); a LIST is a .txt file with a file, folder or pattern a line, relative to itself, # before remarks.\n"
      "A bad item is named and the rest goes on. What is up to date is skipped, what failed is tried again, so an interrupted batch goes on where it\n"
      "was. A table and batch-report.json name every item. Options are those of `texel bake` and hold for all items.\n"
      "Exit status 6 if items failed.\n",

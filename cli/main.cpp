@@ -10,18 +10,20 @@
 #include "cli/help.h"
 #include "cli/interrupt.h"
 #include "cli/print.h"
+#include "cli/scene_settings.h"
 #include "formats/error.h"
 
 namespace texel {
 namespace {
 
 int run(Command command, const std::vector<std::string>& arguments) {
-  const Settings settings = parse_options(command, arguments);
+  Settings settings = parse_options(command, arguments);
   if (settings.help) {
     print_product(command_help(command));
     return 0;
   }
   catch_interrupts();
+  if (command == kBake || command == kView) settings = with_scene_recipes(command, std::move(settings));
   switch (command) {
     case kBake: return command_bake(settings);
     case kBatch: return command_batch(settings);

@@ -62,11 +62,12 @@ constexpr const char* kClashes[][2] = {
 
 }  // namespace
 
-Settings parse_options(Command command, const std::vector<std::string>& arguments, std::set<std::string>* given) {
+Settings parse_options(Command command, const std::vector<std::string>& arguments, std::set<std::string>* given, const std::function<void(Settings&)>& beneath) {
   std::vector<OptionRow> rows = option_table();
   std::erase_if(rows, [&](const OptionRow& row) { return (row.commands & command) == 0; });
 
   Settings settings;
+  settings.words = arguments;
   CLI::App app;
   app.set_help_flag();
   std::vector<std::vector<std::string>> values(rows.size());
@@ -107,6 +108,7 @@ Settings parse_options(Command command, const std::vector<std::string>& argument
       throw Error(Code::kCommandLine, row.flag(), "bad value \"" + value + "\"",
                   row.accepts.empty() ? see_help(command) : "accepted: " + row.accepts);
   };
+  if (beneath) beneath(settings);
   for (std::size_t i = 0; i < rows.size(); ++i)
     if (std::string(rows[i].name) == "recipe" && names.contains("recipe")) {
       apply(rows[i], values[i].back());

@@ -28,6 +28,7 @@ struct ViewSettings {
 struct Settings {
   std::vector<std::string> inputs;
   std::string output, recipe_file, depfile, report_file;
+  std::vector<std::string> words;      // the command line these were read from
   bool force = false, plan = false, verbose = false, json = false, help = false;
   int jobs = 0;                        // of a batch: items at once; 0: as many as threads, at most 4
   Progress progress = Progress::kAuto;
@@ -67,7 +68,9 @@ struct OptionRow {
 // Reads `arguments` (without program and command) over `settings`. `given` receives the names of the options that were there.
 // With --help among them nothing else is checked. A recipe file named there is read first (recipe_file.h), so that the command
 // line beats it. Throws Error{kCommandLine}; naming both where two options clash.
-[[nodiscard]] Settings parse_options(Command command, const std::vector<std::string>& arguments, std::set<std::string>* given = nullptr);
+// `beneath` fills in what the recipe file and the command line both beat.
+[[nodiscard]] Settings parse_options(Command command, const std::vector<std::string>& arguments, std::set<std::string>* given = nullptr,
+                                     const std::function<void(Settings&)>& beneath = {});
 
 // The number's shortest text that reads back as the same double.
 [[nodiscard]] std::string number_text(double value);

@@ -33,8 +33,14 @@ int line_of(const std::string& text, std::size_t byte) {
 
 Json parse(const fs::path& path) {
   const std::string text = read_text(path);
+  // Values are written by recursion where they are shown, which deep ones would crash.
+  constexpr int kMostDepth = 200;
+  int depth = 0;
+  const auto shallow = [&](int at, Json::parse_event_t, Json&) { depth = std::max(depth, at); return at <= kMostDepth; };
   try {
-    return Json::parse(text);
+    Json json = Json::parse(text, shallow);
+    if (depth > kMostDepth) throw Error(Code::kCommandLine, path.string(), "is nested more than " + std::to_string(kMostDepth) + " deep", "a recipe is an object of options, e.g. {\"resolution\": 64}");
+    return json;
   } catch (const Json::parse_error& error) {
     throw Error(Code::kCommandLine, path.string() + ":" + std::to_string(line_of(text, error.byte)), "is not JSON",
                 "a recipe is an object of options, e.g. {\"resolution\": 64}");
@@ -56,6 +62,7 @@ bool apply(const OptionRow& row, const Json& value, Settings& settings) {
   std::string text;
   if (!value.is_array()) return value_text(value, &text) && row.set(settings, text);
   if (row.repeatable) {
+    settings.recipe.lights.clear();  // the only one; a recipe's lights replace those of a recipe beneath it
     for (const Json& item : value)
       if (!value_text(item, &text) || !row.set(settings, text)) return false;
     return true;
@@ -87,6 +94,7 @@ void apply_recipe(const Json& recipe, const std::string& where, Settings& settin
                   "accepted: " + row->accepts);
   }
   const auto given = [&](const char* key) { return recipe.contains(key) && !recipe.at(key).is_null(); };
+  if (given("samples") && !given("max_error")) settings.recipe.max_error = 0;  // as on the command line
   if (given("resolution") && given("voxel_size"))
     throw Error(Code::kCommandLine, where, "\"resolution\" and \"voxel_size\" cannot be combined", "give one of them");
 }
@@ -120,11 +128,13 @@ std::vector<std::string> manifest_meshes(const std::string& manifest_path) {
   std::vector<std::string> meshes;
   const auto sources = manifest.find("source");
   if (sources == manifest.end() || !sources->is_array()) return meshes;
+  const auto is_input = [](const Json& source) { return source.is_object() && source.contains("input") && source.at("input") == true; };
+  // Where the pack says what was named, a mesh beside it is part of a scene.
+  const bool says = std::any_of(sources->begin(), sources->end(), is_input);
   for (const Json& source : *sources) {
     if (!source.is_object() || !source.contains("path") || !source.at("path").is_string()) continue;
     const fs::path path = source.at("path").get<std::string>();
-    const bool named = source.contains("input") && source.at("input") == true;
-    if (!named && !is_mesh(path.string())) continue;
+    if (says ? !is_input(source) : !is_mesh(path.string())) continue;
     const fs::path mesh = (fs::path(manifest_path).parent_path() / path).lexically_normal();
     std::error_code ec;
     if (!fs::exists(mesh, ec))
@@ -151,11 +161,18 @@ void find_height_color(const Json& json, const std::string& file, bool manifest,
   if (fs::exists(folder / color, ec)) color = (folder / color).lexically_normal().string();
 }
 
+void apply_recipe_text(const std::string& json, const std::string& where, const std::string& file, Settings& settings) {
+  const Json recipe = Json::parse(json);
+  apply_recipe(recipe, where, settings);
+  if (recipe.contains("height_color")) find_height_color(recipe, file, false, settings.recipe.heights.color);
+}
+
 void read_recipe_file(const std::string& path, Settings& settings) {
   std::error_code ec;
   const std::string file = fs::is_directory(path, ec) ? (fs::path(path) / "manifest.json").string() : path;
   const Json json = parse(file);
   const bool manifest = json.is_object() && json.contains("format") && json.at("format") == "texel-pack";
+  if (manifest) settings.recipe = Recipe{};  // a pack's recipe is whole: nothing beneath it counts
   apply_recipe(manifest && json.contains("recipe") ? json.at("recipe") : json, file, settings);
   find_height_color(json, file, manifest, settings.recipe.heights.color);
   if (manifest && settings.inputs.empty()) settings.inputs = manifest_meshes(file);

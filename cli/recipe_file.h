@@ -11,6 +11,9 @@ namespace texel {
 // Throws Error{kFile} (cannot be read) and Error{kCommandLine} (not JSON, unknown key, bad value: names key, value, accepted range).
 void read_recipe_file(const std::string& path, Settings& settings);
 
+// The same with a recipe that stands in another file: `json` is an object, `where` names it in messages, pictures lie beside `file`.
+void apply_recipe_text(const std::string& json, const std::string& where, const std::string& file, Settings& settings);
+
 // The meshes a pack was made from, as its manifest names them, in their order. Throws Error{kFile} where one is not there.
 [[nodiscard]] std::vector<std::string> manifest_meshes(const std::string& manifest_path);
 

@@ -12,25 +12,6 @@ constexpr int kMostDepth = 500;  // the library writes values by recursion, and 
 
 }  // namespace
 
-// Text that is not JSON is the parser's to refuse.
-const char* json_too_deep(std::span<const char> bytes) {
-  int depth = 0;
-  bool quoted = false;
-  for (const char* at = bytes.data(); at != bytes.data() + bytes.size(); ++at) {
-    if (quoted) {
-      if (*at == '\\' && at + 1 != bytes.data() + bytes.size()) ++at;
-      else if (*at == '"') quoted = false;
-    } else if (*at == '"') {
-      quoted = true;
-    } else if (*at == '[' || *at == '{') {
-      if (++depth > kMostDepth) return at;
-    } else if (*at == ']' || *at == '}') {
-      --depth;
-    }
-  }
-  return nullptr;
-}
-
 Json parse_json(const Input& input, std::size_t most_bytes, const std::string& kind, const std::string& example) {
   if (input.bytes.size() > most_bytes)
     throw Error(Code::kUnsupported, input.path, "is too large for a " + kind + " (" + std::to_string(input.bytes.size()) + " bytes)", "the most is " + std::to_string(most_bytes >> 20) + " MiB");
@@ -38,10 +19,12 @@ Json parse_json(const Input& input, std::size_t most_bytes, const std::string& k
     const auto end = input.bytes.begin() + static_cast<std::ptrdiff_t>(std::min(byte, input.bytes.size()));
     return input.path + ":" + std::to_string(1 + std::count(input.bytes.begin(), end, '\n'));
   };
-  if (const char* deep = json_too_deep(input.bytes))
-    throw Error(Code::kBadInput, line(static_cast<std::size_t>(deep - input.bytes.data())), "is nested more than " + std::to_string(kMostDepth) + " deep", "make it flatter");
+  int depth = 0;
+  const auto shallow = [&](int at, Json::parse_event_t, Json&) { depth = std::max(depth, at); return at <= kMostDepth; };
   try {
-    return Json::parse(input.bytes.begin(), input.bytes.end());
+    Json json = Json::parse(input.bytes.begin(), input.bytes.end(), shallow);
+    if (depth > kMostDepth) throw Error(Code::kBadInput, input.path, "is nested more than " + std::to_string(kMostDepth) + " deep", "make it flatter");
+    return json;
   } catch (const Json::parse_error& error) {
     throw Error(Code::kBadInput, line(error.byte), "is not JSON", "a " + kind + " is " + example);
   } catch (const Json::out_of_range&) {

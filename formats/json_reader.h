@@ -18,9 +18,6 @@ using Json = nlohmann::json;
 // (`example` says what it should look like), is nested more than 500 deep, or holds numbers beyond a double.
 [[nodiscard]] Json parse_json(const Input& input, std::size_t most_bytes, const std::string& kind, const std::string& example);
 
-// Where brackets nest more than 500 deep; null: nowhere. Such text would exhaust the stack when it is shown.
-[[nodiscard]] const char* json_too_deep(std::span<const char> bytes);
-
 // Takes values out of such a file; each function throws Error{kBadInput} that names `path`, the value found and what was expected.
 // All numbers are finite and below 1e100.
 class JsonReader {

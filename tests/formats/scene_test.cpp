@@ -323,7 +323,7 @@ TEST(SceneFile, RefusalsNameThePath) {
   std::string deep = R"([{"input": "t"}])";
   for (int i = 0; i < 40; ++i) deep = R"([{"objects": )" + deep + "}]";
   EXPECT_NE(f.place_fault(deep).find("is nested more than 32 groups deep"), std::string::npos);
-  EXPECT_NE(f.place_fault(std::string(1000000, '[')).find("is nested more than 500 deep"), std::string::npos);
+  EXPECT_NE(f.place_fault(std::string(1000000, '[') + std::string(1000000, ']')).find("is nested more than 500 deep"), std::string::npos);
 }
 
 TEST(SceneFile, GrowthIsBounded) {
