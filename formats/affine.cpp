@@ -1,5 +1,6 @@
 #include "formats/affine.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -47,6 +48,12 @@ Affine Affine::rotation(const V3d& a, double degrees) {
          k * a.y * a.x + s * a.z, c + k * a.y * a.y,       k * a.y * a.z - s * a.x, 0,
          k * a.z * a.x - s * a.y, k * a.z * a.y + s * a.x, c + k * a.z * a.z,       0};
   return r;
+}
+
+double Affine::reach(double most) const {
+  double reached = 0;
+  for (std::size_t row = 0; row < 12; row += 4) reached = std::max(reached, (std::abs(m[row]) + std::abs(m[row + 1]) + std::abs(m[row + 2])) * most + std::abs(m[row + 3]));
+  return reached;
 }
 
 bool Affine::invertible() const {

@@ -23,6 +23,8 @@ struct Affine {
   // Whether it can place a thing: finite, no entry above 1e30, and its axes do not fall into a plane: the determinant is above 1e-14 of the product
   // of their lengths, which is some twenty times what rounding makes of 0.
   [[nodiscard]] bool invertible() const;
+  // The largest coordinate that a point with none above `most` can get.
+  [[nodiscard]] double reach(double most) const;
 };
 
 }  // namespace texel

@@ -59,6 +59,9 @@ void place_plant(const Plant& plant, const Affine& placement, std::uint32_t firs
     }
     if (report.progress && ++done % 65536 == 0) report.progress("place organs", static_cast<double>(done) / static_cast<double>(plant.organs.size()));
   }
+  // Beside meshes that have them: white, and no texture coordinates.
+  if (!mesh.colors.empty()) mesh.colors.resize(mesh.points.size(), V3f(1, 1, 1));
+  if (!mesh.uv_corners.empty()) mesh.uv_corners.resize(mesh.triangles.size(), {kNoIndex, kNoIndex, kNoIndex});
 }
 
 Scene plant_scene(const Plant& plant, const PlantOptions& options, Report& report, const std::string& where) {

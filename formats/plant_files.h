@@ -2,6 +2,7 @@
 // The plant formats of several files: line trees of the 1990s (.lig with its table and symbols) and scenes of plants (.ops).
 // All throw Error{kBadInput}; bytes of any kind are safe.
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,12 @@ struct OpsRow {
 // (−sin azimuth, cos azimuth, 0), moved; a scale of 0 is 1. Rows of other kinds are skipped. Names that lead out of the scene's folder are refused.
 [[nodiscard]] std::vector<OpsRow> read_ops_rows(const Input& input, const PlantOptions& options, Report& report);
 
-// The whole scene: each file is read once and placed as often as it is named. Triangles are copied.
-// Throws Error{kFile} where a file is missing.
-[[nodiscard]] Scene read_ops(const Input& input, const PlantOptions& options, Report& report);
+// A mesh's own scene, in metres; none where the file is of another kind.
+using ReadMesh = std::function<std::optional<Scene>(const std::string& path)>;
+
+// The whole scene: each file is read once. What one row places becomes triangles of the mesh, what several rows place a mesh of Scene::shapes with an
+// instance for each row. Rows that `read_mesh` knows nothing of, or whose mesh is not there, are left out (`plant-part`).
+// Throws Error{kFile} where a plant is missing.
+[[nodiscard]] Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& read_mesh, Report& report);
 
 }  // namespace texel

@@ -185,6 +185,11 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
     report.issue("wrong-extension", std::string("is a ") + kNames[static_cast<int>(content)] + " file by its first bytes, and was read as such", 1, path);
     format = content;
   }
+  // Meshes that a scene of plants places.
+  const auto read_mesh = [&](const std::string& name) {
+    const Format kind = by_extension(name);
+    return kind > Format::kUnknown && kind < Format::kOpf ? std::optional(read_one(name, options, report, nest)) : std::nullopt;
+  };
   const auto read = [&]() -> Scene {
     switch (format) {
       case Format::kObj: return read_obj(input, report);
@@ -192,7 +197,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
       case Format::kStl: return read_stl(input, report);
       case Format::kOpf:
       case Format::kGwa: return plant_scene(read_opf(input, report), options.plants, report, path);
-      case Format::kOps: return read_ops(input, options.plants, report);
+      case Format::kOps: return read_ops(input, options.plants, read_mesh, report);
       case Format::kLig: return read_line_tree(input, options.plants, report);
       case Format::kSmb: return symbol_scene(input, options.plants, report);
       case Format::kShape: return is_scene_file(input.bytes) ? read_nested(input, options, report, nest) : read_shape(input, options.iso, report);
@@ -319,6 +324,19 @@ std::int64_t drop_unusable(Mesh& mesh) {
 }
 
 }  // namespace
+
+void move_mesh(Mesh& mesh, const Affine& place) {
+  for (V3d& p : mesh.points) p = place * p;
+  if (place.determinant() >= 0) return;
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+  for (auto& t : mesh.uv_corners) std::swap(t[1], t[2]);
+}
+
+double mesh_reach(const Mesh& mesh) {
+  double most = 0;
+  for (const V3d& p : mesh.points) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  return most;
+}
 
 void add_source(Scene& scene, const std::string& path) {
   for (const SourceFile& s : scene.sources)

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "formats/error.h"
 #include "formats/plant_files.h"
@@ -117,57 +118,116 @@ std::vector<OpsRow> read_ops_rows(const Input& input, const PlantOptions& option
   return rows;
 }
 
-Scene read_ops(const Input& input, const PlantOptions& options, Report& report) {
+Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& read_mesh, Report& report) {
   struct Part {
-    Plant plant;
+    std::optional<Plant> plant;    // of one row only
+    std::optional<Scene> mesh;     // likewise
     std::uint32_t first_material = 0;
+    std::int64_t rows = 0, organs = 0;
+    bool open = false, known = false;
+    std::uint32_t shape = kNoIndex;
+    double reach = 0;
   };
   Scene scene;
-  std::map<std::string, Part> parts;         // by the file it really is
-  std::map<std::string, const Part*> named;  // by the name in a row
+  std::vector<Part> parts;
+  std::map<std::string, std::size_t> numbers;  // by the file it really is
+  std::map<std::string, std::pair<std::size_t, std::string>> named;  // by the name in a row: the part, and the file found
+  constexpr std::size_t kNone = ~std::size_t{0};
   std::int64_t skipped = 0, placed = 0, organs = 0;
   std::string skipped_where, skipped_name;
-  const auto open = [&](const OpsRow& row) -> const Part& {
+  const auto find = [&](const OpsRow& row) -> std::pair<std::size_t, std::string> {
+    const std::string extension = extension_of(row.file);
+    const bool plant = extension == ".opf" || extension == ".gwa" || extension == ".lig";
     const std::string found = find_beside(input.path, row.file);
+    if (found.empty() && !plant) return {kNone, found};
     if (found.empty()) throw Error(Code::kFile, row.file, "named at " + row.where + ", is not there", "put it beside the scene");
     std::error_code ec;
     const fs::path real = fs::weakly_canonical(found, ec);
-    const std::string key = ec ? found : real.string();
-    auto at = parts.find(key);
-    if (at == parts.end()) {
-      const bool line_tree = extension_of(row.file) == ".lig";
+    const auto at = numbers.try_emplace(ec ? found : real.string(), parts.size());
+    if (at.second) parts.emplace_back();
+    return {at.first->second, found};
+  };
+  const auto read = [&](const OpsRow& row, const std::string& found, Part& part) {
+    part.open = true;
+    const std::string extension = extension_of(row.file);
+    if (extension == ".opf" || extension == ".gwa" || extension == ".lig") {
       const FileBytes bytes(found);
       const Input file{bytes.bytes(), found};
       std::vector<std::string> files{found};
-      at = parts.emplace(key, Part{line_tree ? open_line_tree(file, files, report) : read_opf(file, report), static_cast<std::uint32_t>(scene.materials.size())}).first;
-      const Plant& plant = at->second.plant;
-      scene.materials.insert(scene.materials.end(), plant.materials.begin(), plant.materials.end());
+      part.plant = extension == ".lig" ? open_line_tree(file, files, report) : read_opf(file, report);
       for (const std::string& used : files) add_source(scene, used);
+      part.organs = static_cast<std::int64_t>(part.plant->organs.size());
+      part.first_material = static_cast<std::uint32_t>(scene.materials.size());
+      scene.materials.insert(scene.materials.end(), part.plant->materials.begin(), part.plant->materials.end());
+    } else if (read_mesh) {
+      part.mesh = read_mesh(found);
     }
-    return at->second;
+    part.known = part.plant || part.mesh;
   };
+  const auto in_metres = [&](const Plant& plant) { return Affine::scale(options.unit > 0 ? options.unit : plant.unit); };
+  // A part of several rows, in its own space.
+  const auto make_shape = [&](const OpsRow& row, Part& part) {
+    Scene own;
+    if (part.mesh) {
+      own = *std::move(part.mesh);
+      own.shapes.push_back(std::move(own.mesh));
+      own.mesh = Mesh();
+      part.shape = static_cast<std::uint32_t>(scene.shapes.size());
+      join_scenes(scene, std::move(own));
+    } else {
+      place_plant(*part.plant, in_metres(*part.plant), part.first_material, own, report, row.where);
+      if (!own.mesh.triangles.empty()) {
+        finish_mesh(own, report, row.where, "holds no drawable geometry");
+        part.shape = static_cast<std::uint32_t>(scene.shapes.size());
+        scene.shapes.push_back(std::move(own.mesh));
+      }
+    }
+    part.mesh.reset();
+    part.plant.reset();
+    if (part.shape != kNoIndex) part.reach = mesh_reach(scene.shapes[part.shape]);
+  };
+
   const std::vector<OpsRow> rows = read_ops_rows(input, options, report);
+  std::vector<std::size_t> part_of;
+  part_of.reserve(rows.size());
   for (const OpsRow& row : rows) {
-    const std::string extension = extension_of(row.file);
-    if (extension != ".opf" && extension != ".gwa" && extension != ".lig") {
+    const auto [at, added] = named.try_emplace(row.file);
+    if (added) at->second = find(row);
+    part_of.push_back(at->second.first);
+    if (at->second.first != kNone) ++parts[at->second.first].rows;
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const OpsRow& row = rows[i];
+    Part* part = part_of[i] == kNone ? nullptr : &parts[part_of[i]];
+    if (part && !part->open) {
+      read(row, named[row.file].second, *part);
+      if (part->rows > 1 && part->known) make_shape(row, *part);
+    }
+    if (!part || !part->known) {
       if (skipped++ == 0) {
         skipped_where = row.where;
         skipped_name = row.file;
       }
       continue;
     }
-    const Part*& part = named[row.file];
-    if (!part) part = &open(row);
-    const Plant& plant = part->plant;
-    place_plant(plant, row.placement * Affine::scale(options.unit > 0 ? options.unit : plant.unit), part->first_material, scene, report, row.where);
+    if (!row.placement.invertible() || !(row.placement.reach(part->reach) <= 1e100))
+      throw Error(Code::kBadInput, row.where, "is a transform that makes things flat or infinite", "leave the row out");
+    if (part->shape != kNoIndex) {
+      scene.instances.push_back({part->shape, row.placement});
+    } else if (part->plant) {
+      place_plant(*part->plant, row.placement * in_metres(*part->plant), part->first_material, scene, report, row.where);
+    } else if (part->mesh) {
+      move_mesh(part->mesh->mesh, row.placement);
+      join_scenes(scene, *std::move(part->mesh));
+    }
     ++placed;
-    organs += static_cast<std::int64_t>(plant.organs.size());
+    organs += part->organs;
     if (report.progress && placed % 64 == 0) report.progress("place plants", static_cast<double>(placed) / static_cast<double>(rows.size()));
   }
-  if (skipped) report.issue("plant-part", "rows that place other files than .opf, .gwa and .lig (first: " + shown_as(skipped_name) + "); skipped", skipped, skipped_where);
+  if (skipped) report.issue("plant-part", "rows that place other files than plants and meshes, or meshes that are not there (first: " + shown_as(skipped_name) + "); skipped", skipped, skipped_where);
   report.count("plants", static_cast<double>(placed));
   report.count("organs", static_cast<double>(organs));
-  finish_mesh(scene, report, input.path, "places no plant with drawable geometry");
+  if (scene.instances.empty() || !scene.mesh.triangles.empty()) finish_mesh(scene, report, input.path, "places no plant with drawable geometry");
   return scene;
 }
 

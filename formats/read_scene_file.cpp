@@ -103,28 +103,9 @@ V3f read_color(const JsonReader& json, const Json& v, const std::string& path, d
   return c;
 }
 
-void move_mesh(Mesh& mesh, const Affine& place) {
-  for (V3d& p : mesh.points) p = place * p;
-  if (place.determinant() >= 0) return;
-  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-  for (auto& t : mesh.uv_corners) std::swap(t[1], t[2]);
-}
-
 bool is_identity(const Affine& a) { return a.m == Affine().m; }
 
-// How far from the origin the mesh reaches along an axis at most.
-double reach(const Mesh& mesh) {
-  double most = 0;
-  for (const V3d& p : mesh.points) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  return most;
-}
-
-// Whether all points within `reach` stay below what can be computed with.
-bool stays_finite(const Affine& a, double reach) {
-  double most = 0;
-  for (std::size_t row = 0; row < 12; row += 4) most = std::max(most, (std::abs(a.m[row]) + std::abs(a.m[row + 1]) + std::abs(a.m[row + 2])) * reach + std::abs(a.m[row + 3]));
-  return most <= 1e100;
-}
+constexpr double kFarthest = 1e100;            // beyond it areas and volumes overflow
 
 class SceneReader : private JsonReader {
  public:
@@ -430,13 +411,10 @@ class SceneReader : private JsonReader {
   }
 
   static double reach_of(const Scene& part) {
-    double most = reach(part.mesh);
+    double most = mesh_reach(part.mesh);
     std::vector<double> shapes;
-    for (const Mesh& shape : part.shapes) shapes.push_back(reach(shape));
-    for (const Instance& i : part.instances) {
-      for (std::size_t row = 0; row < 12; row += 4)
-        most = std::max(most, (std::abs(i.place.m[row]) + std::abs(i.place.m[row + 1]) + std::abs(i.place.m[row + 2])) * shapes[i.shape] + std::abs(i.place.m[row + 3]));
-    }
+    for (const Mesh& shape : part.shapes) shapes.push_back(mesh_reach(shape));
+    for (const Instance& i : part.instances) most = std::max(most, i.place.reach(shapes[i.shape]));
     return most;
   }
 
@@ -454,7 +432,7 @@ class SceneReader : private JsonReader {
       Scene part = open(row);
       known[i].reach = reach_of(part);
       if (row.placed == 1) {
-        if (!stays_finite(row.first, known[i].reach)) fail(row.where, "is placed where coordinates are beyond 1e100", "scale by less");
+        if (!(row.first.reach(known[i].reach) <= kFarthest)) fail(row.where, "is placed where coordinates are beyond 1e100", "scale by less");
         if (!is_identity(row.first)) move(part, row.first);
       } else {
         std::vector<Instance> parts = std::move(part.instances);
@@ -478,7 +456,7 @@ class SceneReader : private JsonReader {
       const Placed& part = known[p.shape];
       total += part.parts.size();
       if (total > kMostPlaced) fail("", "has more than 2^24 instances, those of its scenes included", "bake parts of it by themselves");
-      if (!part.parts.empty() && !stays_finite(p.place, part.reach)) fail(inputs_[p.shape].where, "is placed where coordinates are beyond 1e100", "scale by less");
+      if (!part.parts.empty() && !(p.place.reach(part.reach) <= kFarthest)) fail(inputs_[p.shape].where, "is placed where coordinates are beyond 1e100", "scale by less");
     }
     if (!compound && all.instances.empty()) {  // in place: there may be millions
       std::size_t kept = 0;

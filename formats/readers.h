@@ -76,6 +76,12 @@ void finish_mesh(Scene& scene, Report& report, const std::string& where, const s
 // vertices of the two meshes.
 void join_scenes(Scene& to, Scene&& from);
 
+// Moves the mesh. Where the map mirrors, corners are turned round, so that outside stays outside.
+void move_mesh(Mesh& mesh, const Affine& place);
+
+// The largest coordinate of the mesh's points; 0 where there is none.
+[[nodiscard]] double mesh_reach(const Mesh& mesh);
+
 // A scene of one solid, field >= iso, of the default material, in the field's own bounds.
 [[nodiscard]] Scene implicit_scene(std::shared_ptr<const Field> field, double iso, const std::string& name);
 

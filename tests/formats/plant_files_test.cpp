@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "formats/instances.h"
 #include "formats/read.h"
 #include "tests/formats/read_test_util.h"
 
@@ -48,7 +49,7 @@ TEST(Ops, HasTheSharedFigures) {
     ReadOptions options;
     options.plants.radians = e.radians;
     const std::string path = kShared + "scenes/" + e.file;
-    const Scene scene = read_scene(std::span(&path, 1), options, report);
+    const Scene scene = flatten_instances(read_scene(std::span(&path, 1), options, report));
     const Measures m = measure(scene.mesh);
     EXPECT_EQ(scene.mesh.triangles.size(), e.triangles);
     expect_box(m.box, e.box);
@@ -79,8 +80,11 @@ struct Placed {
 TEST(Ops, PlacesInMetresAndDegrees) {
   Placed p;
   // Turned a quarter, doubled, moved; the name has a blank, the row two tabs; then the old form of nine fields and a scale of 0.
-  const Scene scene = p.read("#[Archimed] x\nT 0 0 0 1 1 flat\n1\t1\ta b/quad.gwa\t10\t\t0\t5\t2\t0\t0\t90\r\n-1 1 1\n1\t2\ta b\\quad.gwa\t0\t0\t0\t0\t0\t0\n1\t3\ta b/quad.gwa\t0\t0\t0\t0\t0\t0\t0\n");
+  const Scene placed = p.read("#[Archimed] x\nT 0 0 0 1 1 flat\n1\t1\ta b/quad.gwa\t10\t\t0\t5\t2\t0\t0\t90\r\n-1 1 1\n1\t2\ta b\\quad.gwa\t0\t0\t0\t0\t0\t0\n1\t3\ta b/quad.gwa\t0\t0\t0\t0\t0\t0\t0\n");
+  const Scene scene = flatten_instances(placed);
   ASSERT_EQ(scene.mesh.triangles.size(), 6u);
+  EXPECT_EQ(placed.shapes.size(), 1u);
+  EXPECT_EQ(placed.instances.size(), 3u);
   EXPECT_EQ(scene.materials.size(), 1u);
   Box3d box;
   for (std::size_t i = 0; i < 4; ++i) box.extendBy(scene.mesh.points[i]);
@@ -108,6 +112,45 @@ TEST(Ops, SkipsWhatItCannotPlaceAndSaysSo) {
   }
 }
 
+TEST(Ops, OnePlantIsTrianglesSeveralAreInstances) {
+  Placed p;
+  const std::string one = "1\t1\ta b/quad.gwa\t2\t3\t0\t1\t0\t0\t0\n";
+  const Scene single = p.read(one);
+  EXPECT_EQ(single.mesh.triangles.size(), 2u);
+  EXPECT_TRUE(single.shapes.empty() && single.instances.empty());
+  std::string rows = one;
+  for (int i = 0; i < 999; ++i) rows += "1\t1\ta b/quad.gwa\t" + std::to_string(i) + "\t0\t0\t2\t30\t10\t40\n";
+  const Scene many = p.read(rows);
+  EXPECT_TRUE(many.mesh.triangles.empty());
+  ASSERT_EQ(many.shapes.size(), 1u);
+  EXPECT_EQ(many.shapes[0].points.size(), 4u);
+  EXPECT_EQ(many.instances.size(), 1000u);
+  EXPECT_NEAR(measure(flatten_instances(many).mesh).area, 0.5 + 999 * 2, 1e-9);  // roundings of coordinates up to 1000, a thousand times
+}
+
+TEST(Ops, MeshesArePlacedToo) {
+  Placed p;
+  p.folder.write("bench.obj", "mtllib b.mtl\nusemtl wood\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
+  p.folder.write("b.mtl", "newmtl wood\nKd 1 0 0\n");
+  const std::string plant = "1\t1\ta b/quad.gwa\t0\t0\t0\t1\t0\t0\t0\n", bench = "1\t2\tbench.obj\t7\t0\t0\t2\t0\t0\t90\n";
+  const Scene scene = p.read(plant + bench);
+  ASSERT_EQ(scene.mesh.triangles.size(), 3u);
+  EXPECT_EQ(scene.mesh.uv_corners.size(), 3u);
+  EXPECT_LE((scene.mesh.points[5] - V3d(7, 2, 0)).length(), 1e-15 * 8);  // a rounding
+  EXPECT_EQ(scene.materials[scene.mesh.materials[2]].name, "wood");
+  EXPECT_EQ(scene.sources.size(), 4u);
+  EXPECT_FALSE(find_issue(p.report, "plant-part"));
+  // Before the plant, and twice.
+  const Scene other = p.read(bench + plant);
+  EXPECT_EQ(other.mesh.uv_corners.size(), 3u);
+  EXPECT_EQ(other.mesh.uv_corners[1][0], kNoIndex);
+  const Scene twice = p.read(bench + bench + plant);
+  EXPECT_EQ(twice.mesh.triangles.size(), 2u);
+  ASSERT_EQ(twice.shapes.size(), 1u);
+  EXPECT_EQ(twice.instances.size(), 2u);
+  EXPECT_EQ(twice.materials[twice.shapes[0].materials[0]].name, "wood");
+}
+
 TEST(Ops, RefusalsNameThePlace) {
   Placed p;
   EXPECT_EQ(p.refusal("1\t1\t../x.opf\t0\t0\t0\t1\t0\t0\t0"), "3: s.ops:1: \"../x.opf\" leads out of the scene's folder; put the plant beside the scene or below it");
@@ -115,6 +158,7 @@ TEST(Ops, RefusalsNameThePlace) {
   EXPECT_EQ(p.refusal("#\n1\t1\tx.opf\t0\t0\t0\t1\t0\t0\t0"), "2: x.opf: named at s.ops:2, is not there; put it beside the scene");
   EXPECT_EQ(p.refusal("1\t1\tx.opf\t0\t0,5\t0\t1\t0\t0\t0"), "3: s.ops:1: is not a finite number (\"0,5\")");
   EXPECT_EQ(p.refusal("1\t1\tx.opf\tnan\t0\t0\t1\t0\t0\t0"), "3: s.ops:1: is not a finite number (\"nan\")");
+  EXPECT_EQ(p.refusal("1\t1\ta b/quad.gwa\t0\t0\t0\t1e-40\t0\t0\t0"), "3: s.ops:1: is a transform that makes things flat or infinite; leave the row out");
   EXPECT_EQ(p.refusal(""), "3: s.ops: places no plant with drawable geometry; give a file with faces");
 }
 
