@@ -2,6 +2,8 @@
 #include "formats/read_scene_file.h"
 
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "formats/instances.h"
@@ -351,6 +353,34 @@ TEST(SceneFile, AHundredThousandTakeTheMemoryOfTheirTransforms) {
   EXPECT_LE(scene.instances.capacity(), 100001u);  // exact: the rows are counted before they are read
   EXPECT_EQ(scene.shapes.size(), 1u);
   EXPECT_EQ(count_triangles(scene), 400000u);
+}
+
+TEST(SceneFile, TheSchemaHasTheReadersKeys) {
+  std::ifstream in(std::string(TEXEL_SAMPLES) + "/../docs/scene.schema.json");
+  const nlohmann::json schema = nlohmann::json::parse(in);
+  ASSERT_EQ(schema.at("$defs").size(), scene_keys().size());
+  for (const SceneKeys& object : scene_keys()) {
+    SCOPED_TRACE(object.object);
+    const nlohmann::json& stated = schema.at("$defs").at(object.object);
+    EXPECT_EQ(stated.at("additionalProperties"), false);
+    std::vector<std::string> theirs, ours(object.keys.begin(), object.keys.end());
+    for (const auto& [key, value] : stated.at("properties").items()) theirs.push_back(key);
+    std::sort(ours.begin(), ours.end());
+    EXPECT_EQ(ours, theirs);
+  }
+}
+
+TEST(SceneFile, TheSampleIsWhole) {
+  ReadOptions options;
+  options.texel = "grove";
+  const std::string path = std::string(TEXEL_SAMPLES) + "/grove/grove.json";
+  Report report;
+  const Scene scene = read_scene(std::span(&path, 1), options, report);
+  EXPECT_EQ(scene.instances.size(), 300u);
+  EXPECT_EQ(scene.shapes.size(), 1u);
+  EXPECT_TRUE(report.issues.empty());
+  const Scene shrub = read_scene(std::string(TEXEL_SAMPLES) + "/plant/plant.opf", report);
+  EXPECT_EQ(scene.shapes[0].points, shrub.mesh.points);  // exact: the shape is the shrub
 }
 
 }  // namespace
