@@ -218,7 +218,7 @@ class SceneReader : private JsonReader {
       o.name = name;
       o.where = member(path, name);
       check_keys(v, o.where, kMaterialKeys);
-      const auto color = [&](const char* key, std::optional<V3f>& to, double most) {
+      const auto color = [&, &v = v](const char* key, std::optional<V3f>& to, double most) {
         if (v.contains(key)) to = read_color(*this, v.at(key), o.where + "/" + key, most);
       };
       color("kd", o.kd, 1);
