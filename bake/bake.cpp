@@ -11,6 +11,7 @@
 
 #include "bake/block_index.h"
 #include "bake/color.h"
+#include "bake/fibre_tubes.h"
 #include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
 #include "bake/levels.h"
@@ -40,6 +41,7 @@ void check_recipe(const Recipe& recipe) {
 MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
   std::vector<bool> used(scene.materials.size(), false);
   for (const std::uint32_t m : scene.mesh.materials) used[m] = true;
+  for (const std::uint32_t m : scene.fibres.materials) used[m] = true;
   MaterialKinds kinds;
   for (std::uint32_t m = 0; m < scene.materials.size(); ++m) {
     if (!used[m]) continue;
@@ -55,13 +57,17 @@ MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
 
 // The diffuse colour of all the surface there is, where it is the same.
 std::optional<V3f> one_color(const Scene& scene, const TextureSet& textures) {
-  if (!scene.mesh.colors.empty()) return {};
+  if (!scene.mesh.colors.empty() || !scene.fibres.colors.empty()) return {};
   const Material* first = nullptr;
   for (const std::uint32_t m : scene.mesh.materials) {
     const Material& material = scene.materials[m];
     if (first == &material) continue;
     if (textures.textured(m) || material.solid || (first && first->kd != material.kd)) return {};
     first = &material;
+  }
+  for (const std::uint32_t m : scene.fibres.materials) {
+    if (scene.materials[m].solid || (first && first->kd != scene.materials[m].kd)) return {};
+    first = &scene.materials[m];
   }
   return first->kd;
 }
@@ -92,6 +98,17 @@ int slice_count(const Recipe& recipe, const Grid& grid, double width, int axis) 
   return slices_for_angle(grid.n[axis] * grid.h, recipe.see_in * width, recipe.max_angle);
 }
 
+// Colour of a fibre where a sub-ray meets it, lit where lights are given. It is round, and a stack is seen from both sides: light counts as the mean over its
+// wall, (sin θ)/π of what a facing surface gets, θ between fibre and light.
+V3f fibre_color(const Scene& scene, const Plan& plan, std::span<const Light> lights, const RayScene* rays, const FibreSegment& fibre, double s, V3f color) {
+  const std::vector<V3f>& colors = scene.fibres.colors;
+  if (!colors.empty()) color *= colors[fibre.point] * static_cast<float>(1 - s) + colors[fibre.point + 1] * static_cast<float>(s);
+  if (lights.empty()) return color;
+  const V3d t = (fibre.b - fibre.a).normalized(), axis = plan.grid.to_world(fibre.a + (fibre.b - fibre.a) * s);
+  const double radius = (fibre.ra + (fibre.rb - fibre.ra) * s) * plan.grid.h;
+  return color * fibre_irradiance(lights, rays, axis, t, radius);
+}
+
 // Lives as long as the tracing: colours of slices, lit where lights are given.
 SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& textures, const Surface& surface, const Recipe& recipe, const RayScene* rays) {
   const auto width = static_cast<float>(plan.grid.h / recipe.samples);
@@ -118,7 +135,12 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     if (surface.areas[i].covered > 0) *color = surface.mean_color(i);
   };
   SliceShader shader;
-  shader.crossing = [blocks, solid_color, &scene, &plan, &textures, &recipe, width, light](const Bundle& bundle, const Crossing& c, double u, double v) {
+  shader.crossing = [blocks, solid_color, &scene, &plan, &textures, &recipe, width, light, rays](const Bundle& bundle, const Crossing& c, double u, double v) {
+    if (const FibreSegment* fibre = crossed_fibre(bundle, c.triangle)) {
+      V3f color = scene.materials[fibre->material].kd;
+      if (blocks && scene.materials[fibre->material].solid) solid_color(bundle, c, u, v, &color);
+      return fibre_color(scene, plan, recipe.lights, rays, *fibre, fibre_place(bundle, *fibre, u, v), color);
+    }
     const std::uint32_t material = scene.mesh.materials[c.triangle];
     V3f color = scene.materials[material].kd;
     if (blocks && scene.materials[material].solid) solid_color(bundle, c, u, v, &color);
@@ -247,6 +269,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   if (recipe.cyclic != std::array<bool, 3>{} && has_patterns(given_scene)) made = repeat_patterns(given_scene, plan_grid(given_scene, recipe), recipe, report);
   if (!given_scene.heights.empty() || (!given_scene.implicits.empty() && given_scene.mesh.made == 0))
     made = polygonize(mesh_heights(made ? *std::move(made) : given_scene, recipe, report), recipe, report);
+  if (given_scene.fibres.strands() > 0) made = mesh_thick_fibres(made ? *std::move(made) : given_scene, recipe, report);
   const Scene& source = made ? *made : given_scene;
 
   const Want& want = recipe.want;
@@ -262,7 +285,7 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
   }
   MaterialKinds kinds = find_kinds(source, *textures);
   // Of a density all three axes share samples³ points a voxel, and noise finer than two voxels is not in it.
-  if (recipe.samples == 0) recipe.samples = source.hypertexture ? 2 : kinds.cutouts ? 6 : 4;
+  if (recipe.samples == 0) recipe.samples = source.hypertexture ? 2 : kinds.cutouts || source.fibres.strands() > 0 ? 6 : 4;
   report.count("samples", recipe.samples);
 
   // 1. The grid, the components and what takes part in the fill.
@@ -280,7 +303,13 @@ Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
     plan = make_plan(source, recipe, cutouts, report);
     bool textured = false;
     for (std::uint32_t m = 0; m < source.materials.size(); ++m) textured = textured || textures->textured(m);
-    if (cyclic) repeated = repeat_scene(source, recipe.cyclic, plan, report);
+    if (cyclic) {
+      repeated = repeat_scene(source, recipe.cyclic, plan, report);
+      if (!plan.fibres.empty()) {
+        repeated->fibres = repeat_fibres(source.fibres, plan.grid, recipe.cyclic);
+        plan.fibres = fibre_segments(*repeated, plan.grid);
+      }
+    }
     if (textured) plan.uv_width = uv_widths(*textures, repeated ? repeated->mesh : source.mesh);
   }
   const Scene& scene = repeated ? *repeated : source;

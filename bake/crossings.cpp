@@ -306,6 +306,7 @@ Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textu
   for (std::uint32_t t = 0; t < scene.mesh.triangles.size(); ++t)
     if (range(scene.mesh.triangles[t], b0, b1))
       for (std::int64_t i = b0; i <= b1; ++i) b.bins[at[static_cast<std::size_t>(i)]++] = t;
+  if (!plan.fibres.empty()) bin_fibres(b);
   return b;
 }
 
@@ -323,6 +324,7 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
     }
   };
   visit_triangles(bundle.bins.data(), bundle.first[b], bundle.first[b + 1], triangles.data(), touch, [&](std::uint32_t t) { rasteriser.triangle(t); });
+  if (!bundle.fibre_first.empty()) trace_fibres(bundle, band, out, scratch);
 
   // Counting sort by ray keeps triangle order; then each short list by depth.
   const std::size_t rays = static_cast<std::size_t>(out.v1 - out.v0) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.pattern.rays());

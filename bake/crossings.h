@@ -30,7 +30,7 @@ struct BundleAxes { int u, v, w; };
 struct Crossing {
   double w;                     // depth, voxel space
   std::int32_t cell;            // voxel along w; surface in a wall: see docs/architecture.md; may lie outside [0, n)
-  std::uint32_t triangle;
+  std::uint32_t triangle;       // from the mesh's triangles on: Plan::fibres[triangle − triangles]
   float coverage;               // of the sub-ray's footprint, after cut-outs
   std::int8_t enters;           // +1 the ray enters through the turned front, −1 it leaves through it
   std::int8_t winding;          // enters where the triangle takes part in the fill, else 0
@@ -50,7 +50,19 @@ struct Bundle {
   std::vector<std::int64_t> points;        // fixed point (u, v) of each point
   std::vector<std::size_t> first;          // triangles by band: bins[first[b] … first[b+1]), ascending
   std::vector<std::uint32_t> bins;
+  std::vector<std::size_t> fibre_first;    // the same of Plan::fibres; empty where there are none
+  std::vector<std::uint32_t> fibre_bins;
 };
+
+// Of what a crossing is: the piece of a fibre, null where it is a triangle; its material.
+[[nodiscard]] inline const FibreSegment* crossed_fibre(const Bundle& bundle, std::uint32_t triangle) {
+  const std::size_t triangles = bundle.scene->mesh.triangles.size();
+  return triangle < triangles ? nullptr : &bundle.plan->fibres[triangle - triangles];
+}
+[[nodiscard]] inline std::uint32_t crossed_material(const Bundle& bundle, std::uint32_t triangle) {
+  const FibreSegment* fibre = crossed_fibre(bundle, triangle);
+  return fibre ? fibre->material : bundle.scene->mesh.materials[triangle];
+}
 
 // `plan`, `scene` and `textures` are kept by reference. Cost: one pass over points and triangles.
 [[nodiscard]] Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textures, const Recipe& recipe, int axis);
@@ -70,6 +82,14 @@ struct BandScratch {
   std::vector<Found> found;
 };
 void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch);
+
+// Where on a piece (0…1) a ray at (u, v) meets it. Voxel space.
+[[nodiscard]] double fibre_place(const Bundle& bundle, const FibreSegment& fibre, double u, double v);
+
+// The part of both that fibres take (fibre_rays.cpp). A ray meets a piece once, at its axis' depth, and only in the voxels that the axis passes, where
+// clip_surface counts it; open surface.
+void bin_fibres(Bundle& bundle);
+void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& scratch);
 
 // Barycentrics of corners 1 and 2 where a crossing's ray meets the plane of its triangle (u, v in voxel space).
 struct Barycentrics { double b1, b2; };

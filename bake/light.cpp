@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "bake/fibre.h"
 #include "formats/error.h"
 
 namespace texel {
@@ -18,6 +19,7 @@ namespace texel {
 namespace {
 
 constexpr double kSkin = 2e-6;         // of the scene's size: some float steps at unit scale
+constexpr unsigned kTriangles = 0, kFibres = 1;  // Embree's geometries
 constexpr float kThere = 1.0f / 512;   // coverage below it is none
 
 // Embree wants denormals flushed; our own double code does not. So the mode lasts as long as one ray.
@@ -57,7 +59,8 @@ struct RayScene::Impl {
   bool empty = true;
   bool filtered = false;                // some triangle lets light through
   Mesh cut;                             // uv of the scene, only where something is cut out
-  std::vector<std::uint32_t> materials; // per triangle
+  std::uint32_t triangles = 0;
+  std::vector<std::uint32_t> materials; // per triangle, then per piece of a fibre
   std::vector<float> uv_scale;          // uv_per_world, per triangle, where something is cut out
   std::vector<float> opacity;           // per material
   ScenePeriod period;
@@ -69,9 +72,10 @@ struct RayScene::Impl {
 
   [[nodiscard]] V3d to_unit(const V3d& p) const { return (p - centre) * scale; }
   [[nodiscard]] std::uint32_t material(std::uint32_t triangle) const { return triangle < materials.size() ? materials[triangle] : 0; }
+  [[nodiscard]] std::uint32_t number(const RTCHit& hit) const { return hit.geomID == kFibres ? triangles + hit.primID : hit.primID; }
   [[nodiscard]] float coverage(std::uint32_t triangle, float u, float v, float width_world) const {
     const std::uint32_t m = material(triangle);
-    if (!textures->has_cutouts(m)) return 1;
+    if (triangle >= triangles || !textures->has_cutouts(m)) return 1;
     return textures->coverage(m, uv_at(cut, triangle, static_cast<double>(u), static_cast<double>(v)), width_world * uv_scale[triangle]);
   }
 };
@@ -98,19 +102,20 @@ void filter_first(const RTCFilterFunctionNArguments* args) {
   const auto& ray = *reinterpret_cast<const RTCRay*>(args->ray);
   const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
   const bool front = is_front(ray, hit);
+  const std::uint32_t number = context.scene->number(hit);
   if (ray.tfar == context.best_distance && context.best != RTC_INVALID_GEOMETRY_ID) {
-    const bool better = front != context.best_front ? front : hit.primID < context.best;
+    const bool better = front != context.best_front ? front : number < context.best;
     if (!better) {
       args->valid[0] = 0;
       return;
     }
   }
-  if (context.see_holes && context.scene->coverage(hit.primID, hit.u, hit.v, context.width + context.spread * ray.tfar) < kThere) {
+  if (context.see_holes && context.scene->coverage(number, hit.u, hit.v, context.width + context.spread * ray.tfar) < kThere) {
     args->valid[0] = 0;
     return;
   }
   context.best_distance = ray.tfar;
-  context.best = hit.primID;
+  context.best = number;
   context.best_front = front;
 }
 
@@ -118,7 +123,8 @@ void filter_shadow(const RTCFilterFunctionNArguments* args) {
   auto& context = *reinterpret_cast<RayContext*>(args->context);
   const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
   const RayScene::Impl& scene = *context.scene;
-  const float opacity = scene.opacity[scene.material(hit.primID)] * scene.coverage(hit.primID, hit.u, hit.v, context.width);
+  const std::uint32_t number = scene.number(hit);
+  const float opacity = scene.opacity[scene.material(number)] * scene.coverage(number, hit.u, hit.v, context.width);
   context.transmittance *= 1 - opacity;
   if (context.transmittance > 1e-3f) args->valid[0] = 0;  // goes on
   else context.transmittance = 0;
@@ -163,6 +169,50 @@ bool clip_to_ball(const V3d& origin, const V3d& direction, double radius, double
   return *low < *high;
 }
 
+void put_point(const RayScene::Impl& s, const V3d& p, float* to) {
+  const V3d unit = s.to_unit(p);
+  for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(std::clamp(unit[k], -4.0, 4.0));  // unused points may lie anywhere
+}
+
+// Both: false where there is no memory.
+bool attach_triangles(RayScene::Impl& s, const Mesh& mesh) {
+  const RTCGeometry geometry = rtcNewGeometry(s.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.points.size()));
+  auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
+  if (points && corners) {
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) put_point(s, mesh.points[i], points + 3 * i);
+    for (const auto& t : mesh.triangles)
+      for (const std::uint32_t i : t) *corners++ = i;
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(s.scene.get(), geometry, kTriangles);
+  }
+  rtcReleaseGeometry(geometry);
+  return points && corners;
+}
+
+bool attach_fibres(RayScene::Impl& s, const Fibres& fibres) {
+  const RTCGeometry geometry = rtcNewGeometry(s.device.get(), RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
+  const std::size_t pieces = fibres.points.size() - fibres.strands();
+  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), fibres.points.size()));
+  auto* starts = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, sizeof(unsigned), pieces));
+  auto* flags = static_cast<unsigned char*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_FLAGS, 0, RTC_FORMAT_UCHAR, 1, pieces));
+  if (points && starts && flags) {
+    for (std::size_t i = 0; i < fibres.points.size(); ++i) {
+      put_point(s, fibres.points[i], points + 4 * i);
+      points[4 * i + 3] = static_cast<float>(fibres.radii[i] * s.scale);
+    }
+    for (std::size_t k = 0; k < fibres.strands(); ++k)
+      for (std::size_t i = fibres.first[k]; i + 1 < fibres.first[k + 1]; ++i) {
+        *starts++ = static_cast<unsigned>(i);
+        *flags++ = static_cast<unsigned char>((i > fibres.first[k] ? RTC_CURVE_FLAG_NEIGHBOR_LEFT : 0) | (i + 2 < fibres.first[k + 1] ? RTC_CURVE_FLAG_NEIGHBOR_RIGHT : 0));
+      }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(s.scene.get(), geometry, kFibres);
+  }
+  rtcReleaseGeometry(geometry);
+  return points && starts && flags;
+}
+
 }  // namespace
 
 RayScene::RayScene(const Scene& scene, const TextureSet* textures, const ScenePeriod& period) : impl_(std::make_unique<Impl>()) {
@@ -172,8 +222,12 @@ RayScene::RayScene(const Scene& scene, const TextureSet* textures, const ScenePe
   Box3d box;
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t i : t) box.extendBy(mesh.points[i]);
+  if (scene.fibres.strands() > 0) box.extendBy(fibre_bounds(scene.fibres));
   s.box = box;
+  s.triangles = static_cast<std::uint32_t>(mesh.triangles.size());
   s.materials = mesh.materials;
+  s.materials.resize(mesh.triangles.size(), 0);
+  for (std::size_t k = 0; k < scene.fibres.strands(); ++k) s.materials.insert(s.materials.end(), scene.fibres.first[k + 1] - scene.fibres.first[k] - 1, scene.fibres.materials[k]);
   for (const Material& m : scene.materials) s.opacity.push_back(std::clamp(m.opacity, 0.0f, 1.0f));
   if (s.opacity.empty()) s.opacity.push_back(1);
   for (std::uint32_t& m : s.materials)
@@ -207,21 +261,8 @@ RayScene::RayScene(const Scene& scene, const TextureSet* textures, const ScenePe
   if (!s.scene) fail(s.device.get());
   rtcSetSceneFlags(s.scene.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
   rtcSetSceneBuildQuality(s.scene.get(), RTC_BUILD_QUALITY_MEDIUM);
-  const RTCGeometry geometry = rtcNewGeometry(s.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.points.size()));
-  auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-  if (points && corners) {
-    for (const V3d& p : mesh.points) {
-      const V3d unit = s.to_unit(p);
-      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(std::clamp(unit[k], -4.0, 4.0));  // unused points may lie anywhere
-    }
-    for (const auto& t : mesh.triangles)
-      for (const std::uint32_t i : t) *corners++ = i;
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(s.scene.get(), geometry);
-  }
-  rtcReleaseGeometry(geometry);
-  if (!points || !corners) fail(s.device.get());
+  if (!mesh.triangles.empty() && !attach_triangles(s, mesh)) fail(s.device.get());
+  if (scene.fibres.strands() > 0 && !attach_fibres(s, scene.fibres)) fail(s.device.get());
   {
     const FlushDenormals flush;
     rtcCommitScene(s.scene.get());
@@ -262,7 +303,13 @@ RayScene::Hit RayScene::first_covered_hit(const V3d& origin, const V3d& directio
     rtcIntersect1(s.scene.get(), &context.base, &query);
   }
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  return {query.hit.primID, (low + static_cast<double>(query.ray.tfar)) / (s.scale * stretch), query.hit.u, query.hit.v, is_front(query.ray, query.hit)};
+  Hit hit{s.number(query.hit), (low + static_cast<double>(query.ray.tfar)) / (s.scale * stretch), query.hit.u, query.hit.v, is_front(query.ray, query.hit), V3d(0, 0, 0)};
+  if (query.hit.geomID == kFibres) {
+    hit.normal = V3d(static_cast<double>(query.hit.Ng_x), static_cast<double>(query.hit.Ng_y), static_cast<double>(query.hit.Ng_z)).normalized();
+    if (!hit.front) hit.normal = -hit.normal;
+    hit.front = true;  // whoever stands within a fibre sees its wall from the other side
+  }
+  return hit;
 }
 
 float RayScene::blocked(const V3d& from, const V3d& to) const {
@@ -361,6 +408,25 @@ V3f irradiance(std::span<const Light> lights, const RayScene* rays, const V3d& p
     const V3d lit_side = cosine < 0 ? -normal : normal;
     const float visible = rays ? rays->visibility(light, point, lit_side) : 1.0f;
     sum += color * (static_cast<float>(std::abs(cosine)) * visible);
+  }
+  return sum;
+}
+
+V3f fibre_irradiance(std::span<const Light> lights, const RayScene* rays, const V3d& axis, const V3d& t, double radius) {
+  V3f sum(0, 0, 0);
+  for (const Light& light : lights) {
+    V3d direction;
+    V3f color;
+    if (light.kind == Light::Kind::kAmbient) {
+      sum += light.color;
+      continue;
+    }
+    if (!light_at(light, axis, &direction, &color)) continue;
+    V3d side = direction - t * direction.dot(t);
+    double sine = 0;
+    if (!to_unit_length(&side, &sine)) continue;
+    const float visible = rays ? rays->visibility(light, axis + side * radius, side) : 1.0f;
+    sum += color * (static_cast<float>(std::min(sine, 1.0) / M_PI) * visible);
   }
   return sum;
 }

@@ -266,6 +266,10 @@ Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>
   }
   double made_volume = 0;
   measure_made(mesh, plan, &area_voxels, &made_volume);
+  if (scene.fibres.strands() > 0) {
+    plan.fibres = fibre_segments(scene, plan.grid);
+    area_voxels += fibre_area(scene.fibres) / (plan.grid.h * plan.grid.h);
+  }
   s.area = area_voxels * plan.grid.h * plan.grid.h;
   if (!(area_voxels > 0)) throw Error(Code::kBadInput, "", "no triangle has an area", "check the input file");
   if (s.degenerate > 0) report.issue("degenerate-triangles", "triangles have no area; they change nothing", s.degenerate);

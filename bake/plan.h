@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "bake/fibre.h"
 #include "bake/recipe.h"
 #include "formats/pack.h"
 #include "formats/report.h"
@@ -19,6 +20,7 @@ struct Plan {
   std::vector<std::int8_t> winding; // per triangle: what a crossing along its turned normal's negative adds: 1, or 0: open, takes no part
   std::vector<bool> two_sided;      // per material
   std::vector<float> uv_width;      // per triangle: width in uv of a world length; empty where nothing is textured
+  std::vector<FibreSegment> fibres; // the pieces of Scene::fibres; crossings number them behind the triangles
   bool fill = false;                // some triangle has winding ≠ 0
   // Of scenes that repeat: the filled components, and each triangle's (kNoIndex: none). repeat.h needs them.
   struct Body {
@@ -31,7 +33,7 @@ struct Plan {
   Statistics statistics;            // triangles … volume; colour and voxel counts come later
 };
 
-// Throws Error{kBadInput} when no triangle has an area or the voxel edge is not within 1e-30 … 1e30 units (density, depth/h, is a float),
+// Throws Error{kBadInput} when neither triangle nor fibre has an area or the voxel edge is not within 1e-30 … 1e30 units (density, depth/h, is a float),
 // Error{kCommandLine} for a box or resolution that cannot be.
 // Cost: O(t log t) for the components of t triangles, skipped when the recipe fills nothing.
 [[nodiscard]] Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>& has_cutouts, Report& report);

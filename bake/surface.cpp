@@ -147,13 +147,12 @@ struct Clipper {
     return {coverage > 0 ? V3f(color / coverage) : V3f(0, 0, 0), static_cast<float>(coverage / total)};
   }
 
-  void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
-    double height = 0;
-    const double area = polygon_area(piece, facet.normal, facet.closed ? &height : nullptr);
-    if (!(area > 0)) return;
+  // The block of a cell and the cell's place in it, with its sums at 0 when first met.
+  DenseBlock& meet(Layer8& layer, const V3i& cell, std::size_t& at) const {
     const std::size_t column = static_cast<std::size_t>(cell.y / 8) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(cell.x / 8);
     DenseBlock& block = layer.block(column, want);
-    const auto x = static_cast<std::size_t>(cell.x & 7), in_word = static_cast<std::size_t>((cell.y & 7) << 3 | (cell.z & 7)), at = x << 6 | in_word;
+    const auto x = static_cast<std::size_t>(cell.x & 7), in_word = static_cast<std::size_t>((cell.y & 7) << 3 | (cell.z & 7));
+    at = x << 6 | in_word;
     if (std::uint64_t& word = block.mask[x]; (word >> in_word & 1u) == 0) {
       word |= std::uint64_t{1} << in_word;
       block.areas[at] = {};
@@ -161,6 +160,15 @@ struct Clipper {
       if (want.color) block.color[at] = V3d(0, 0, 0);
       if (want.material) block.material[at] = {};
     }
+    return block;
+  }
+
+  void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
+    double height = 0;
+    const double area = polygon_area(piece, facet.normal, facet.closed ? &height : nullptr);
+    if (!(area > 0)) return;
+    std::size_t at = 0;
+    DenseBlock& block = meet(layer, cell, at);
     Areas& sums = block.areas[at];
     sums.add(facet.whole, area);
     if (facet.closed) sums.lost += facet.normal.z * area * (cell.z + 1 - height);
@@ -172,14 +180,38 @@ struct Clipper {
     const double w = area * static_cast<double>(s.coverage);
     if (want.normals) block.moments[at].add(facet.facing, w);
     if (want.color) block.color[at] += V3d(s.color) * w;
-    if (!want.material) return;
-    const Material& material = scene.materials[scene.mesh.materials[facet.triangle]];
+    if (want.material) add_material(scene.materials[scene.mesh.materials[facet.triangle]], w, block, at);
+  }
+
+  static void add_material(const Material& material, double w, DenseBlock& block, std::size_t at) {
     MaterialSums& mean = block.material[at];
     const double alpha = static_cast<double>(material.roughness);
     mean.ks += V3d(material.ks) * w;
     mean.emission += V3d(material.ke) * w;
     mean.roughness2 += alpha * alpha * w;
     mean.transparency += (1 - static_cast<double>(material.opacity)) * w;
+  }
+
+  void clip_fibre(Layer8& layer, const FibreSegment& fibre, int z0, int z1) const {
+    const FibreShape shape = fibre_shape(fibre);
+    const bool one_sided = !plan.two_sided[fibre.material];
+    const Material& material = scene.materials[fibre.material];
+    const std::vector<V3f>& colors = scene.fibres.colors;
+    walk_fibre(fibre, V3i(0, 0, z0), V3i(plan.grid.n.x, plan.grid.n.y, z1), [&](const V3i& cell, double s0, double s1) {
+      std::size_t at = 0;
+      DenseBlock& block = meet(layer, cell, at);
+      Areas& sums = block.areas[at];
+      const double before = sums.covered;
+      add_fibre(fibre, shape, s0, s1, one_sided, sums, want.normals ? &block.moments[at] : nullptr);
+      const double w = sums.covered - before, middle = (s0 + s1) / 2;
+      if (want.color) {
+        V3f color = material.kd;
+        if (material.solid) color = material.solid->color(plan.grid.to_world(fibre.a + (fibre.b - fibre.a) * middle), V3d(0, 0, 1), plan.grid.h * (s1 - s0) * shape.length);
+        if (!colors.empty()) color *= colors[fibre.point] * static_cast<float>(1 - middle) + colors[fibre.point + 1] * static_cast<float>(middle);
+        block.color[at] += V3d(color) * w;
+      }
+      if (want.material) add_material(material, w, block, at);
+    });
   }
 
   void clip_triangle(Layer8& layer, std::uint32_t t, int z0, int z1) const {
@@ -220,6 +252,23 @@ void bin_triangles(const Scene& scene, const Plan& plan, int layers, std::vector
   for (std::uint32_t t = 0; t < count; ++t)
     if (range(t, l0, l1))
       for (int l = l0; l <= l1; ++l) bins[at[static_cast<std::size_t>(l)]++] = t;
+}
+
+// Pieces of fibres that meet each layer of blocks, likewise.
+void bin_fibres(const Plan& plan, int layers, std::vector<std::size_t>& first, std::vector<std::uint32_t>& bins) {
+  const auto for_each_layer = [&](auto&& call) {
+    for (std::uint32_t f = 0; f < plan.fibres.size(); ++f) {
+      const double a = plan.fibres[f].a.z, b = plan.fibres[f].b.z, n = plan.grid.n.z;
+      const double lo = std::clamp(std::min(a, b), -1.0, n), hi = std::clamp(std::max(a, b), -1.0, n);
+      for (int l = std::max(0, static_cast<int>(lo)) >> 3; l <= static_cast<int>(hi) >> 3 && l < layers && hi >= 0; ++l) call(static_cast<std::size_t>(l), f);
+    }
+  };
+  first.assign(static_cast<std::size_t>(layers) + 1, 0);
+  for_each_layer([&](std::size_t l, std::uint32_t) { ++first[l + 1]; });
+  for (std::size_t l = 0; l < static_cast<std::size_t>(layers); ++l) first[l + 1] += first[l];
+  bins.resize(first.back());
+  std::vector<std::size_t> at(first.begin(), first.end() - 1);
+  for_each_layer([&](std::size_t l, std::uint32_t f) { bins[at[l]++] = f; });
 }
 
 // The values of a layer's voxels in the order of the set.
@@ -290,6 +339,9 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
   std::vector<std::size_t> first;
   std::vector<std::uint32_t> bins;
   bin_triangles(scene, plan, blocks.z, first, bins);
+  std::vector<std::size_t> fibre_first;
+  std::vector<std::uint32_t> fibre_bins;
+  if (!plan.fibres.empty()) bin_fibres(plan, blocks.z, fibre_first, fibre_bins);
 
   const Clipper clipper{scene, plan, textures, want, blocks};
   std::vector<Surface> parts(static_cast<std::size_t>(blocks.z));
@@ -305,6 +357,8 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
     };
     visit_triangles(bins.data(), first[static_cast<std::size_t>(bz)], first[static_cast<std::size_t>(bz) + 1], scene.mesh.triangles.data(), touch,
                     [&](std::uint32_t t) { clipper.clip_triangle(layer, t, z0, z1); });
+    for (std::size_t f = fibre_first.empty() ? 0 : fibre_first[static_cast<std::size_t>(bz)]; !fibre_first.empty() && f < fibre_first[static_cast<std::size_t>(bz) + 1]; ++f)
+      clipper.clip_fibre(layer, plan.fibres[fibre_bins[f]], z0, z1);
     parts[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
   });

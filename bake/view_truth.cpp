@@ -40,18 +40,24 @@ struct Truth {
   TextureSet textures;
   RayScene geometry;
   std::vector<std::int8_t> turn;       // −1: the triangle's other side is its front
+  struct Piece { std::size_t point; std::uint32_t material; };
+  std::vector<Piece> pieces;           // of fibres, as the rays number them
   std::vector<float> uv_scale;         // uv_per_world of each triangle, where its material is textured
 
   Truth(const Scene& s, const ViewOptions& o, Report& report)
       : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), sample_share(1 / std::sqrt(static_cast<double>(o.samples))), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
         textures(s, TextureSet::Need::kColor, report), geometry(s, &textures, {o.grid.box(), o.cyclic, 1}), turn(turned(s, textures)) {
+    for (std::size_t k = 0; k < s.fibres.strands(); ++k)
+      for (std::size_t i = s.fibres.first[k]; i + 1 < s.fibres.first[k + 1]; ++i) pieces.push_back({i, s.fibres.materials[k]});
     uv_scale.resize(s.mesh.triangles.size(), 0.0f);
     for (std::uint32_t t = 0; t < uv_scale.size(); ++t)
       if (textures.textured(material(t))) uv_scale[t] = uv_per_world(s.mesh, t);
   }
 
+  [[nodiscard]] bool is_fibre(std::uint32_t number) const { return number >= scene.mesh.triangles.size(); }
   [[nodiscard]] std::uint32_t material(std::uint32_t triangle) const {
     const auto& m = scene.mesh.materials;
+    if (is_fibre(triangle)) return pieces[triangle - scene.mesh.triangles.size()].material;
     return triangle < m.size() && m[triangle] < scene.materials.size() ? m[triangle] : 0;
   }
   [[nodiscard]] bool is_turned(std::uint32_t triangle) const { return triangle < turn.size() && turn[triangle] < 0; }
@@ -59,6 +65,7 @@ struct Truth {
   [[nodiscard]] V3f light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f& albedo) const;
   [[nodiscard]] RayScene::Hit next_hit(const Rays::Ray& ray, double from) const;
   [[nodiscard]] bool clip_to_period(const Rays::Ray& ray, double* from, double* to) const;
+  [[nodiscard]] V3f fibre_color(const RayScene::Hit& hit, const Rays::Ray& ray) const;
   void trace(const Rays::Ray& ray, V3f* color, float* alpha) const;
 };
 
@@ -79,7 +86,7 @@ V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f&
   const Material& stuff = scene.materials.empty() ? Material{} : scene.materials[m];
   const Look look{albedo, stuff.ks, stuff.ke, stuff.roughness};
   V3f sum = look.albedo * ambient + look.ke;
-  V3d n = facet_normal(mesh, hit.triangle);
+  V3d n = is_fibre(hit.triangle) ? hit.normal : facet_normal(mesh, hit.triangle);
   if (is_turned(hit.triangle)) n = -n;
   const V3d v = -ray.direction;
   if (n.dot(v) < 0) {
@@ -87,9 +94,12 @@ V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f&
     n = -n;
   }
   // On the triangle itself, in double: no self-shadowing from the ray's rounding.
-  const auto& c = mesh.triangles[hit.triangle];
-  const double u = static_cast<double>(hit.u), w = static_cast<double>(hit.v);
-  const V3d point = mesh.points[c[0]] * (1 - u - w) + mesh.points[c[1]] * u + mesh.points[c[2]] * w;
+  V3d point = ray.origin + ray.direction * hit.distance;
+  if (!is_fibre(hit.triangle)) {
+    const auto& c = mesh.triangles[hit.triangle];
+    const double u = static_cast<double>(hit.u), w = static_cast<double>(hit.v);
+    point = mesh.points[c[0]] * (1 - u - w) + mesh.points[c[1]] * u + mesh.points[c[2]] * w;
+  }
   for (const Light& light : lights) {
     V3d l;
     V3f color;
@@ -126,6 +136,15 @@ bool Truth::clip_to_period(const Rays::Ray& ray, double* from, double* to) const
   return *from < *to;
 }
 
+V3f Truth::fibre_color(const RayScene::Hit& hit, const Rays::Ray& ray) const {
+  const Piece& piece = pieces[hit.triangle - scene.mesh.triangles.size()];
+  const Material& stuff = scene.materials[piece.material];
+  V3f color = stuff.solid ? stuff.solid->color(ray.origin + ray.direction * hit.distance, hit.normal, sample_share * rays.footprint(hit.distance)) : stuff.kd;
+  const std::vector<V3f>& colors = scene.fibres.colors;
+  if (!colors.empty()) color *= colors[piece.point] * (1 - hit.u) + colors[piece.point + 1] * hit.u;
+  return color;
+}
+
 void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
   float left = 1;
   double from = 0, to = std::numeric_limits<double>::infinity();
@@ -135,10 +154,15 @@ void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
     if (hit.triangle == kNoIndex || hit.distance > to) break;
     const std::uint32_t m = material(hit.triangle);
     const double b1 = static_cast<double>(hit.u), b2 = static_cast<double>(hit.v);
-    const auto footprint = static_cast<float>(sample_share * rays.footprint(hit.distance) * static_cast<double>(uv_scale[hit.triangle]));
-    SurfaceSample there = textures.sample(m, uv_at(scene.mesh, hit.triangle, b1, b2), footprint);
-    there.color *= vertex_color_at(scene.mesh, hit.triangle, b1, b2);
-    if (const SolidTexture* solid = scene.materials.empty() ? nullptr : scene.materials[m].solid.get()) {
+    SurfaceSample there{V3f(1, 1, 1), 1};
+    if (is_fibre(hit.triangle)) {
+      there.color = fibre_color(hit, ray);
+    } else {
+      const auto footprint = static_cast<float>(sample_share * rays.footprint(hit.distance) * static_cast<double>(uv_scale[hit.triangle]));
+      there = textures.sample(m, uv_at(scene.mesh, hit.triangle, b1, b2), footprint);
+      there.color *= vertex_color_at(scene.mesh, hit.triangle, b1, b2);
+    }
+    if (const SolidTexture* solid = scene.materials.empty() || is_fibre(hit.triangle) ? nullptr : scene.materials[m].solid.get()) {
       const auto& c = scene.mesh.triangles[hit.triangle];
       const V3d point = scene.mesh.points[c[0]] * (1 - b1 - b2) + scene.mesh.points[c[1]] * b1 + scene.mesh.points[c[2]] * b2;
       there.color = solid->color(point, facet_normal(scene.mesh, hit.triangle), sample_share * rays.footprint(hit.distance));
@@ -168,7 +192,8 @@ Image view_truth(const Scene& given, const ViewOptions& options, Report& report)
   const Scene& scene = patterns ? *patterns : given;
   if (scene.hypertexture) return view_density(scene, options, report);
   const StageTimer timer(report, "view truth");
-  const Scene repeated = cyclic ? repeat_scene(scene, options.grid, options.cyclic) : Scene{};
+  Scene repeated = cyclic ? repeat_scene(scene, options.grid, options.cyclic) : Scene{};
+  if (cyclic && scene.fibres.strands() > 0) repeated.fibres = repeat_fibres(scene.fibres, options.grid, options.cyclic);
   const Truth truth(cyclic ? repeated : scene, options, report);
   return trace_pixels(truth.rays, options.samples, options.threads, "view truth", report,
                       [&truth](const Rays::Ray& ray, V3f* color, float* alpha) { truth.trace(ray, color, alpha); });

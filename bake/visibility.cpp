@@ -213,12 +213,25 @@ struct Tracer {
 
   void add_surface(std::uint32_t triangle, double weight, std::int64_t voxel) const {
     if (!(weight > 0)) return;
+    if (const FibreSegment* fibre = crossed_fibre(bundle, triangle)) return add_fibre_seen(*fibre, weight, voxel);
     const auto& t = bundle.scene->mesh.triangles[triangle];
     const V3d n = triangle_normal(bundle.plan->points[t[0]], bundle.plan->points[t[1]], bundle.plan->points[t[2]]) * static_cast<double>(bundle.plan->turn[triangle]);
     const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
     if (!(sum > 0)) return;
     const double area = weight / (sum * bundle.pattern.rays());
     (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->two_sided[bundle.scene->mesh.materials[triangle]]);
+  }
+
+  // A piece's whole wall goes with the rays its three shadows get.
+  void add_fibre_seen(const FibreSegment& fibre, double weight, std::int64_t voxel) const {
+    const FibreShape shape = fibre_shape(fibre);
+    const double rays = shape.shadow.x + shape.shadow.y + shape.shadow.z;
+    if (!(rays > 0)) return;
+    Moments m;
+    m.covered = shape.area;
+    m.xx = m.yy = m.zz = shape.across;
+    add_outer(m, shape.t, shape.along - shape.across);
+    (*visible)[static_cast<std::size_t>(voxel)].add(m, weight / (rays * bundle.pattern.rays()));
   }
 
   void level_column(Worker& w, int level, int cu, int cv, std::vector<InsideRun>* runs) const {

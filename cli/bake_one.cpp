@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "bake/bake.h"
+#include "bake/fibre.h"
 #include "bake/height_mesh.h"
 #include "bake/polygonize.h"
 #include "bake/view.h"
@@ -75,7 +76,7 @@ double memory_estimate(const Scene& scene, const Settings& settings, const Grid&
     const V3d size = (solid.box.isEmpty() ? grid.box() : solid.box).size();
     implicit_area += 2 * std::numbers::pi / 4 * (size.x * size.y + size.y * size.z + size.z * size.x);
   }
-  const double area = mesh_area(mesh) + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
+  const double area = mesh_area(mesh) + fibre_area(scene.fibres) + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
   const double geometry = made + 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
   const double cells = std::min(1.5 * area / (grid.h * grid.h), static_cast<double>(grid.voxels()));
   constexpr double kBytesPerCell = 4 * 40, kBytesPerCrossing = 24;  // 40 stored floats and moments; place, triangle, side
@@ -110,6 +111,7 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   const auto corner = [&](const V3d& v) { return "(" + shown(v.x) + ", " + shown(v.y) + ", " + shown(v.z) + ")"; };
   if (scene.hypertexture) line("density", hypertexture_name(scene.hypertexture->preset));
   else line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
+  if (const std::size_t strands = scene.fibres.strands()) line("fibres", grouped(static_cast<std::int64_t>(strands)) + " of " + grouped(static_cast<std::int64_t>(scene.fibres.points.size() - strands)) + " segments");
   if (!scene.implicits.empty()) line("implicit", grouped(static_cast<std::int64_t>(scene.implicits.size())) + (scene.implicits.size() == 1 ? " solid" : " solids"));
   line("box", corner(box.min) + " .. " + corner(box.max));
   line("grid", size_text(grid.n) + " voxels of " + shown(grid.h));

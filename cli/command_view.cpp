@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "bake/fibre.h"
 #include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
 #include "bake/polygonize.h"
@@ -42,6 +43,7 @@ Box3d bounds(const Scene& scene) {
   Box3d box;
   for (const auto& triangle : scene.mesh.triangles)
     for (const std::uint32_t corner : triangle) box.extendBy(scene.mesh.points[corner]);
+  box.extendBy(fibre_bounds(scene.fibres));
   return box;
 }
 

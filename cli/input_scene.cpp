@@ -17,7 +17,7 @@ namespace texel {
 namespace {
 
 ReadOptions read_options(const Recipe& recipe) {
-  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .heights = recipe.heights};
+  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .fibres = recipe.fibres, .heights = recipe.heights};
 }
 
 Hypertexture hypertexture(const HypertextureOptions& given) {
@@ -41,6 +41,7 @@ Box3d known_bounds(const Scene& scene, const Recipe& recipe) {
   Box3d box;
   for (const auto& triangle : scene.mesh.triangles)
     for (const std::uint32_t corner : triangle) box.extendBy(scene.mesh.points[corner]);
+  for (const V3d& p : scene.fibres.points) box.extendBy(p);
   for (const Implicit& solid : scene.implicits)
     if (!solid.box.isEmpty()) box.extendBy(solid.box);
   return box;
@@ -120,7 +121,7 @@ Scene base_scene(const Settings& settings, Report& report) {
   if (!settings.inputs.empty() || !settings.recipe.implicit.empty() || settings.recipe.heights.perlin.period > 0) scene = read_scene(settings.inputs, read_options(settings.recipe), report);
   if (!scene.heights.empty())
     throw Error(Code::kUnsupported, scene.heights.front().name, "is a height field, and --hypertexture needs a function", "leave it out for a ball, or give --implicit");
-  if (!scene.mesh.triangles.empty())
+  if (!scene.mesh.triangles.empty() || scene.fibres.strands() > 0)
     throw Error(Code::kUnsupported, settings.inputs.front(), "is a mesh, and --hypertexture needs a function", "leave the file out for a ball, or give --implicit");
   if (scene.implicits.size() > 1)
     throw Error(Code::kUnsupported, "--hypertexture", std::to_string(scene.implicits.size()) + " shapes given, and it takes one", "join them into one");

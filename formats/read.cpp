@@ -7,6 +7,7 @@
 
 #include "formats/error.h"
 #include "formats/expression.h"
+#include "formats/fibres.h"
 #include "formats/plant.h"
 #include "formats/plant_files.h"
 #include "formats/read_volume.h"
@@ -16,10 +17,10 @@
 namespace texel {
 namespace {
 
-enum class Format { kUnknown, kObj, kPly, kStl, kOff, kOpf, kGwa, kOps, kLig, kSmb, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz };
+enum class Format { kUnknown, kObj, kPly, kStl, kOff, kOpf, kGwa, kOps, kLig, kSmb, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz, kHair, kXml };
 
-constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz"};
-constexpr const char* kReadable = ".obj, .ply, .stl, .off, .opf, .gwa, .ops, .lig, .smb, .json, .vdb, .df3, .mhd, .mha, .inr or .inr.gz, or a picture of heights (.png, .tif, .exr)";
+constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz", ".hair", ".xml"};
+constexpr const char* kReadable = ".obj, .ply, .stl, .off, .opf, .gwa, .ops, .lig, .smb, .json, .vdb, .df3, .mhd, .mha, .inr, .inr.gz, .hair or .xml (curves), or a picture of heights (.png, .tif, .exr)";
 
 std::string small_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -45,6 +46,7 @@ std::uint32_t little_word(const char* at) {
 // What the first bytes say, where they are unambiguous.
 Format by_content(std::span<const char> bytes) {
   const std::string_view text(bytes.data(), bytes.size());
+  if (text.starts_with("HAIR")) return Format::kHair;
   if (text.starts_with("ply\n") || text.starts_with("ply\r")) return Format::kPly;
   if (bytes.size() >= 84 && 84 + 50ull * little_word(bytes.data() + 80) == bytes.size()) return Format::kStl;
   if (const std::string_view root = xml_root(text); root == "opf") return Format::kOpf;
@@ -129,14 +131,16 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
   }
   const FileBytes file(path);
   const Input input{file.bytes(), path};
-  const Format content = format > Format::kGwa ? Format::kUnknown : by_content(input.bytes);
+  const Format content = format > Format::kGwa && format < Format::kHair ? Format::kUnknown : by_content(input.bytes);
   if (content != Format::kUnknown && content != format) {
     report.issue("wrong-extension", std::string("is a ") + kNames[static_cast<int>(content)] + " file by its first bytes, and was read as such", 1, path);
     format = content;
   }
   const auto read = [&]() -> Scene {
     switch (format) {
-      case Format::kObj: return read_obj(input, report);
+      case Format::kObj: return read_obj(input, options.fibres, report);
+      case Format::kHair: return read_hair(input, report);
+      case Format::kXml: return read_curves(input, report);
       case Format::kPly: return read_ply(input, report);
       case Format::kStl: return read_stl(input, report);
       case Format::kOpf:
@@ -154,8 +158,11 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
     }
   };
   Scene scene = read();
-  if (options.plants.unit > 0 && format <= Format::kOff)
+  if (options.plants.unit > 0 && (format <= Format::kOff || format >= Format::kHair)) {
     for (V3d& p : scene.mesh.points) p *= options.plants.unit;
+    for (V3d& p : scene.fibres.points) p *= options.plants.unit;
+    for (double& r : scene.fibres.radii) r *= options.plants.unit;
+  }
   return with_source(std::move(scene), input.bytes.size());
 }
 
@@ -214,6 +221,7 @@ void join(Scene& to, Scene&& from) {
   append(a.triangles, b.triangles);
   append(a.uv_corners, b.uv_corners);
   append(a.materials, b.materials);
+  join_fibres(to.fibres, std::move(from.fibres), materials);
   for (Implicit& solid : from.implicits) {
     solid.material += materials;
     to.implicits.push_back(std::move(solid));
@@ -288,7 +296,7 @@ void finish_mesh(Scene& scene, Report& report, const std::string& where, const s
     report.issue("non-finite", "vertices that are not finite numbers or too large to compute with; " + std::to_string(dropped) +
                  " triangles that use them were dropped", bad, where);
   }
-  if (mesh.triangles.empty()) {
+  if (mesh.triangles.empty() && scene.fibres.strands() == 0) {
     if (had_triangles) throw Error(Code::kBadInput, where, "every face has a vertex that is not a finite number", "export the mesh again");
     throw Error(Code::kBadInput, where, reason, "give a file with faces");
   }

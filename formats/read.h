@@ -4,6 +4,7 @@
 //   extension  points  uv  colour  material  texture  polygons     notes
 //   .obj       x       x   x       x (.mtl)  x        any          ASCII; negative indices, continuation lines, CRLF
 //   .ply       x       x   x                          any          ASCII and binary, both byte orders
+//   .hair      fibres; x colour along them                                 Cem Yuksel's; .xml: curves of Embree scenes; .obj lines are fibres, too
 //   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
 //   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
 //   .opf .gwa  x               x                      any          plants (docs/inputs.md), centimetres, in the scene metres
@@ -16,6 +17,7 @@
 #include <span>
 #include <string>
 
+#include "formats/fibre_options.h"
 #include "formats/height_field.h"
 #include "formats/plant_options.h"
 #include "formats/report.h"
@@ -33,6 +35,7 @@ struct ReadOptions {
   std::string implicit;        // formats/expression.h; empty: none
   std::optional<double> iso;   // of all implicit surfaces; default: the input's own
   PlantOptions plants{};       // how plant files are read; a unit given there scales meshes, too
+  FibreOptions fibres{};       // what the lines of .obj files are
   HeightOptions heights;       // how pictures are read; a noise field it asks for is a scene of its own, joined last
 };
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report);

@@ -65,6 +65,18 @@ struct Mesh {
   std::vector<V3f> normals;
 };
 
+// Hair, wires, grass blades as lines with a thickness: each strand is a chain of frusta of cones from point to point, closed by a flat disc at
+// either end. Strand s has the points first[s] … first[s + 1] − 1, at least two, no two neighbours equal. All coordinates and radii are finite,
+// radii >= 0 and not all 0 in a strand: readers check (formats/fibres.h).
+struct Fibres {
+  std::vector<V3d> points;               // world
+  std::vector<double> radii;             // world, per point
+  std::vector<V3f> colors;               // linear, per point, multiply the material's kd; empty or points.size()
+  std::vector<std::size_t> first{0};     // strands and one more
+  std::vector<std::uint32_t> materials;  // into Scene::materials, per strand
+  [[nodiscard]] std::size_t strands() const { return first.size() - 1; }
+};
+
 // A solid where field >= iso.
 struct Implicit {
   std::shared_ptr<const Field> field;
@@ -83,6 +95,7 @@ struct SourceFile {
 
 struct Scene {
   Mesh mesh;                            // all inputs joined
+  Fibres fibres;                        // likewise; the bake makes triangles of those that are thick against a voxel (bake/fibre_tubes.h)
   std::vector<Implicit> implicits;      // solids given by functions; bake/polygonize.h makes triangles of them
   std::vector<HeightField> heights;     // become part of the mesh once the grid is known (bake/height_mesh.h)
   Box3d bounds;                         // what the grid holds besides the mesh's own bounds; may be empty
