@@ -26,6 +26,7 @@
 #include "bake/texture.h"
 #include "bake/visibility.h"
 #include "formats/error.h"
+#include "formats/instances.h"
 
 namespace texel {
 namespace {
@@ -258,11 +259,15 @@ void describe_cube(const Hypertexture& texture, Pack& pack) {
 
 }  // namespace
 
-Pack bake(const Scene& given_scene, const Recipe& given, Report& report) {
+Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   check_recipe(given);
   Recipe recipe = given;
   std::unique_ptr<tbb::global_control> limit;
   if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
+
+  std::optional<Scene> flat;
+  if (!unplaced_scene.instances.empty()) flat = flatten_instances(unplaced_scene);
+  const Scene& given_scene = flat ? *flat : unplaced_scene;
 
   // Patterns are given their period, then height fields and implicit surfaces become triangles, unless the caller has seen to it.
   std::optional<Scene> made;

@@ -176,6 +176,11 @@ SliceRecords gather_slices(const Bundle& bundle, int count, std::vector<SliceBan
     all.runs.insert(all.runs.end(), band.runs.begin(), band.runs.end());
     band = {};
   }
+  const std::size_t words = (all.runs.size() + 63) / 64;
+  all.reaching.assign(words * static_cast<std::size_t>(count / SliceRecords::kRunGroup + 1), 0);
+  for (std::size_t i = 0; i < all.runs.size(); ++i)
+    for (int g = all.runs[i].first / SliceRecords::kRunGroup; g <= (all.runs[i].last - 1) / SliceRecords::kRunGroup; ++g)
+      all.reaching[static_cast<std::size_t>(g) * words + i / 64] |= std::uint64_t{1} << (i % 64);
   return all;
 }
 
@@ -292,7 +297,8 @@ Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic
   SliceMean mean = mean_of(pixels);
   const bool spread = mean.weight > 0 && !mean.uniform;
   // Wholly inside, as ground that repeats is below its surface: the colour of the nearest slice that has one.
-  const bool inside = mean.weight <= 0 && std::any_of(records.runs.begin(), records.runs.end(), [k](const auto& run) { return k >= run.first && k < run.last; });
+  bool inside = false;
+  if (mean.weight <= 0) records.for_runs(k, [&](const auto&) { inside = true; });
   for (int step = 1; inside && mean.weight <= 0 && step < records.count; ++step)
     for (const int near : {k + step, k - step})
       if (mean.weight <= 0 && near >= 0 && near < records.count) mean = mean_of(pixels_of(records, near));
@@ -301,12 +307,25 @@ Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic
   image.width = records.width;
   image.height = records.height;
   image.channels = 4;
-  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4);
   const float background[4] = {static_cast<float>(mean.color.x), static_cast<float>(mean.color.y), static_cast<float>(mean.color.z), 0};
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) std::copy(background, background + 4, image.pixels.begin() + static_cast<std::ptrdiff_t>(i));
+  std::vector<float> row(static_cast<std::size_t>(image.width) * 4);
+  for (std::size_t i = 0; i < row.size(); ++i) row[i] = background[i % 4];
+  image.pixels.reserve(row.size() * static_cast<std::size_t>(image.height));
+  for (int y = 0; y < image.height; ++y) image.pixels.insert(image.pixels.end(), row.begin(), row.end());
 
   int x0 = image.width, x1 = 0, y0 = image.height, y1 = 0;
-  const auto pixel = [&](std::uint32_t at) { return std::pair(static_cast<int>(at) % records.width, records.height - 1 - static_cast<int>(at) / records.width); };
+  // Records come row by row: only a new row needs a division.
+  const auto width = static_cast<std::uint32_t>(records.width);
+  std::uint32_t row_start = 0;
+  int row_y = records.height - 1;
+  const auto pixel = [&](std::uint32_t at) {
+    if (at - row_start >= width) {
+      const std::uint32_t above = at / width;
+      row_start = above * width;
+      row_y = records.height - 1 - static_cast<int>(above);
+    }
+    return std::pair(static_cast<int>(at - row_start), row_y);
+  };
   const BundleAxes axes = bundle_axes(records.axis);
   const bool wrap_x = cyclic[static_cast<std::size_t>(axes.u)], wrap_y = cyclic[static_cast<std::size_t>(axes.v)];
   const auto reach = [&](std::uint32_t at) {
@@ -317,8 +336,7 @@ Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic
     y1 = std::max(y1, y + 1 + kBleed);
   };
   for (const SliceRecords::Pixel& p : pixels) reach(p.at);
-  for (const SliceRecords::Run& run : records.runs)
-    if (k >= run.first && k < run.last) reach(run.at);
+  records.for_runs(k, [&](const SliceRecords::Run& run) { reach(run.at); });
   x0 = std::max(0, x0);
   y0 = std::max(0, y0);
   x1 = std::min(image.width, x1);
@@ -341,13 +359,12 @@ Image slice_image(const SliceRecords& records, const std::array<bool, 3>& cyclic
     p[1] = source.g;
     p[2] = source.b;
   }
-  for (const SliceRecords::Run& run : records.runs) {
-    if (k < run.first || k >= run.last) continue;
+  records.for_runs(k, [&](const SliceRecords::Run& run) {
     const auto [x, y] = pixel(run.at);
     float* p = image.at(x, y);
     p[3] = run.alpha;
     if (spread) p[0] = kNoColor;
-  }
+  });
   if (!spread) return image;
   if (wrap_x || wrap_y) spread_over_borders(image, wrap_x, wrap_y);
   else spread_color(image, x0, x1, y0, y1);

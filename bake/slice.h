@@ -1,6 +1,7 @@
 #pragma once
 // Stage 4: crossings -> slice records -> RGBA pictures, inside filled, colour running on
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -35,6 +36,21 @@ struct SliceRecords {
   std::vector<std::size_t> first;     // per slice and one more, into pixels; sorted by `at` within a slice
   std::vector<Pixel> pixels;
   std::vector<Run> runs;
+  // Which runs reach into slices [8g, 8g + 8), as bits: words [g · w, (g + 1) · w) with w = ceil(runs / 64). A run is as long as the
+  // solid is deep, so a list per slice would be as large as the volume, and a look at every run for each slice as slow.
+  std::vector<std::uint64_t> reaching;
+
+  // call(run) for the runs through slice k, in order.
+  template <class Call>
+  void for_runs(int k, Call&& call) const {
+    const std::size_t words = (runs.size() + 63) / 64, begin = static_cast<std::size_t>(k / kRunGroup) * words;
+    for (std::size_t w = 0; w < words; ++w)
+      for (std::uint64_t bits = reaching[begin + w]; bits != 0; bits &= bits - 1) {
+        const Run& run = runs[w * 64 + static_cast<std::size_t>(std::countr_zero(bits))];
+        if (k >= run.first && k < run.last) call(run);
+      }
+  }
+  static constexpr int kRunGroup = 8;
 };
 
 // Sub-rays of one pixel column -> its records. `scratch` holds per-slice sums between calls.

@@ -12,6 +12,11 @@ find_package(embree 3.13 CONFIG REQUIRED)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(EXPAT 2.4 REQUIRED)        # earlier ones have no bound on what entities grow to
+find_path(LIBDEFLATE_INCLUDE_DIR libdeflate.h REQUIRED)   # its package has no CMake config
+find_library(LIBDEFLATE_LIBRARY deflate REQUIRED)
+add_library(texel_libdeflate INTERFACE)
+target_include_directories(texel_libdeflate SYSTEM INTERFACE "${LIBDEFLATE_INCLUDE_DIR}")
+target_link_libraries(texel_libdeflate INTERFACE "${LIBDEFLATE_LIBRARY}")
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(nlohmann_json 3.11 CONFIG REQUIRED)
 find_package(CLI11 2.1 CONFIG REQUIRED)

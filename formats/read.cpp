@@ -222,6 +222,12 @@ void join(Scene& to, Scene&& from) {
   append(a.uv_corners, b.uv_corners);
   append(a.materials, b.materials);
   join_fibres(to.fibres, std::move(from.fibres), materials);
+  const auto shapes = static_cast<std::uint32_t>(to.shapes.size());
+  for (Mesh& shape : from.shapes) {
+    for (std::uint32_t& material : shape.materials) material += materials;
+    to.shapes.push_back(std::move(shape));
+  }
+  for (const Instance& instance : from.instances) to.instances.push_back({instance.shape + shapes, instance.place});
   for (Implicit& solid : from.implicits) {
     solid.material += materials;
     to.implicits.push_back(std::move(solid));

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/affine.h"
 #include "formats/field.h"
 #include "formats/grid.h"
 #include "formats/height_field.h"
@@ -77,6 +78,12 @@ struct Fibres {
   [[nodiscard]] std::size_t strands() const { return first.size() - 1; }
 };
 
+// A mesh of Scene::shapes as it stands in the scene once.
+struct Instance {
+  std::uint32_t shape = 0;     // into Scene::shapes
+  Affine place;                // the shape's space -> world; finite. What it mirrors is turned so that outside stays outside
+};
+
 // A solid where field >= iso.
 struct Implicit {
   std::shared_ptr<const Field> field;
@@ -96,6 +103,8 @@ struct SourceFile {
 struct Scene {
   Mesh mesh;                            // all inputs joined
   Fibres fibres;                        // likewise; the bake makes triangles of those that are thick against a voxel (bake/fibre_tubes.h)
+  std::vector<Mesh> shapes;             // meshes that are placed by instances, each in its own space; `made` is 0
+  std::vector<Instance> instances;      // placements, in order; formats/instances.h makes triangles of them
   std::vector<Implicit> implicits;      // solids given by functions; bake/polygonize.h makes triangles of them
   std::vector<HeightField> heights;     // become part of the mesh once the grid is known (bake/height_mesh.h)
   Box3d bounds;                         // what the grid holds besides the mesh's own bounds; may be empty

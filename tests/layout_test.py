@@ -20,6 +20,7 @@ LIBRARIES = {
     "nlohmann-json": r"nlohmann/",
     "OpenSSL": r"openssl/",
     "zlib": r"zlib\.h$",
+    "libdeflate": r"libdeflate\.h$",
     "expat": r"expat\.h$",
 }
 

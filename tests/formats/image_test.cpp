@@ -107,6 +107,10 @@ TEST(Png, CountsWhatItCannotHold) {
   write_png({2, 1, 3, {1, 1, 1, 1, 1, 2}}, folder.file("a.png"), &count);
   EXPECT_EQ(count.seen, 2);
   EXPECT_EQ(count.clipped, 1);
+  write_png({1, 3, 3, {2, 1, 1, 2, 1, 1, 1, 1, 1}}, folder.file("a.png"), &count);  // so does a row like the one above it
+  EXPECT_EQ(count.seen, 3);
+  EXPECT_EQ(count.clipped, 2);
+  EXPECT_EQ(read_image(folder.file("a.png")).pixels, std::vector<float>(9, 1.0f));
 }
 
 TEST(Png, FullDiskIsAnError) {
