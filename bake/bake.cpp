@@ -40,9 +40,7 @@ void check_recipe(const Recipe& recipe) {
 }
 
 MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
-  std::vector<bool> used(scene.materials.size(), false);
-  for (const std::uint32_t m : scene.mesh.materials) used[m] = true;
-  for (const std::uint32_t m : scene.fibres.materials) used[m] = true;
+  const std::vector<bool> used = used_materials(scene);
   MaterialKinds kinds;
   for (std::uint32_t m = 0; m < scene.materials.size(); ++m) {
     if (!used[m]) continue;
@@ -59,16 +57,15 @@ MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
 // The diffuse colour of all the surface there is, where it is the same.
 std::optional<V3f> one_color(const Scene& scene, const TextureSet& textures) {
   if (!scene.mesh.colors.empty() || !scene.fibres.colors.empty()) return {};
+  for (const Mesh& shape : scene.shapes)
+    if (!shape.colors.empty()) return {};
+  const std::vector<bool> used = used_materials(scene);
   const Material* first = nullptr;
-  for (const std::uint32_t m : scene.mesh.materials) {
+  for (std::uint32_t m = 0; m < used.size(); ++m) {
+    if (!used[m]) continue;
     const Material& material = scene.materials[m];
-    if (first == &material) continue;
     if (textures.textured(m) || material.solid || (first && first->kd != material.kd)) return {};
     first = &material;
-  }
-  for (const std::uint32_t m : scene.fibres.materials) {
-    if (scene.materials[m].solid || (first && first->kd != scene.materials[m].kd)) return {};
-    first = &scene.materials[m];
   }
   return first->kd;
 }
@@ -137,26 +134,28 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
   };
   SliceShader shader;
   shader.crossing = [blocks, solid_color, &scene, &plan, &textures, &recipe, width, light, rays](const Bundle& bundle, const Crossing& c, double u, double v) {
-    if (const FibreSegment* fibre = crossed_fibre(bundle, c.triangle)) {
+    if (const FibreSegment* fibre = crossed_fibre(bundle, c)) {
       V3f color = scene.materials[fibre->material].kd;
       if (blocks && scene.materials[fibre->material].solid) solid_color(bundle, c, u, v, &color);
       return fibre_color(scene, plan, recipe.lights, rays, *fibre, fibre_place(bundle, *fibre, u, v), color);
     }
-    const std::uint32_t material = scene.mesh.materials[c.triangle];
+    if (recipe.lights.empty() && c.page == 0 && scene.mesh.colors.empty() && !textures.textured(scene.mesh.materials[c.triangle]) && !scene.materials[scene.mesh.materials[c.triangle]].solid)
+      return scene.materials[scene.mesh.materials[c.triangle]].kd;  // most surface: nothing to look up
+    const Face face = crossed_face(bundle, c);
+    const std::uint32_t material = face.material;
     V3f color = scene.materials[material].kd;
+    const auto& [p0, p1, p2] = face.p;
     if (blocks && scene.materials[material].solid) solid_color(bundle, c, u, v, &color);
-    else if (textures.textured(material) || !scene.mesh.colors.empty()) {
-      const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
-      color = footprint_sample(textures, scene.mesh, c.triangle, b.b1, b.b2, plan.uv_width.empty() ? 0 : plan.uv_width[c.triangle] * width).color;
+    else if (textures.textured(material) || !face.mesh->colors.empty()) {
+      const Barycentrics b = face_barycentrics(bundle.axes, p0, p1, p2, u, v);
+      color = footprint_sample(textures, *face.mesh, face.triangle, b.b1, b.b2, face.uv_width * width).color;
     }
     if (recipe.lights.empty()) return color;
     // On the triangle's own plane: the crossing's depth belongs to the fixed-point outline, and where the surface is steep along the
     // ray that is far enough off to lie in its own shadow.
-    const auto& t = scene.mesh.triangles[c.triangle];
-    const V3d &p0 = plan.points[t[0]], &p1 = plan.points[t[1]], &p2 = plan.points[t[2]];
-    const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
+    const Barycentrics b = face_barycentrics(bundle.axes, p0, p1, p2, u, v);
     const V3d point = p0 + (p1 - p0) * b.b1 + (p2 - p0) * b.b2;
-    const V3d normal = triangle_normal(p0, p1, p2) * static_cast<double>(plan.turn[c.triangle]);
+    const V3d normal = triangle_normal(p0, p1, p2) * static_cast<double>(face.turn);
     return light(color, point, normal, plan.two_sided[material]);
   };
   shader.voxel = [&surface, light](const V3i& voxel, std::int64_t index) {
@@ -265,8 +264,9 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   std::unique_ptr<tbb::global_control> limit;
   if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
 
+  // What repeats is cut at the box and closed there, which takes triangles of its own.
   std::optional<Scene> flat;
-  if (!unplaced_scene.instances.empty()) flat = flatten_instances(unplaced_scene);
+  if (!unplaced_scene.instances.empty() && recipe.cyclic != std::array<bool, 3>{}) flat = flatten_instances(unplaced_scene);
   const Scene& given_scene = flat ? *flat : unplaced_scene;
 
   // Patterns are given their period, then height fields and implicit surfaces become triangles, unless the caller has seen to it.
@@ -316,6 +316,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
       }
     }
     if (textured) plan.uv_width = uv_widths(*textures, repeated ? repeated->mesh : source.mesh);
+    for (std::size_t i = 0; textured && i < plan.shapes.size(); ++i) plan.shapes[i].uv_width = uv_widths(*textures, source.shapes[i]);
   }
   const Scene& scene = repeated ? *repeated : source;
   pack.grid = plan.grid;

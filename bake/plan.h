@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bake/fibre.h"
+#include "bake/placed.h"
 #include "bake/recipe.h"
 #include "formats/pack.h"
 #include "formats/report.h"
@@ -21,6 +22,9 @@ struct Plan {
   std::vector<bool> two_sided;      // per material
   std::vector<float> uv_width;      // per triangle: width in uv of a world length; empty where nothing is textured
   std::vector<FibreSegment> fibres; // the pieces of Scene::fibres; crossings number them behind the triangles
+  std::vector<ShapeTree> shapes;    // of Scene::shapes
+  std::vector<Placed> placed;       // of Scene::instances, those without triangles left out; ascending by `first`
+  std::uint64_t placed_triangles = 0;  // of all of them together
   bool fill = false;                // some triangle has winding ≠ 0
   // Of scenes that repeat: the filled components, and each triangle's (kNoIndex: none). repeat.h needs them.
   struct Body {
@@ -37,6 +41,12 @@ struct Plan {
 // Error{kCommandLine} for a box or resolution that cannot be.
 // Cost: O(t log t) for the components of t triangles, skipped when the recipe fills nothing.
 [[nodiscard]] Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>& has_cutouts, Report& report);
+
+// A point of the scene in voxel space: on a wall that is nearer than 2⁻³⁰.
+[[nodiscard]] V3d plan_point(const Grid& grid, const V3d& world);
+
+// The solids of one shape, in its own space: what it adds to components, closed and volume. Fills `turn` and `winding`.
+[[nodiscard]] Statistics find_shape_solids(const Mesh& shape, const std::vector<Material>& materials, const Recipe& recipe, std::vector<std::int8_t>& turn, std::vector<std::int8_t>& winding, Report& report);
 
 // Unit normal of a triangle given in any space; (0,0,0) where it has no area. `area`, when not null, receives its area.
 [[nodiscard]] V3d triangle_normal(const V3d& a, const V3d& b, const V3d& c, double* area = nullptr);

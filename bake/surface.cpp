@@ -17,7 +17,9 @@ namespace {
 
 // What is constant over a triangle.
 struct Facet {
-  std::uint32_t triangle;
+  const Mesh* mesh;
+  std::uint32_t triangle;  // of *mesh
+  std::uint32_t material;
   V3d normal;          // turned, unit, voxel space = world directions
   V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
   Moments facing;      // of a unit of covered area
@@ -86,23 +88,24 @@ struct Clipper {
   SurfaceWant want;
   V3i blocks;
 
-  bool make_facet(std::uint32_t t, Facet& facet, Polygon& corners) const {
-    const auto& tri = scene.mesh.triangles[t];
-    const V3d &a = plan.points[tri[0]], &b = plan.points[tri[1]], &c = plan.points[tri[2]];
+  bool make_facet(const Face& face, Facet& facet, Polygon& corners) const {
+    const auto& [a, b, c] = face.p;
     const V3d cross = (b - a).cross(c - a);
     const double square = cross.length2();
     if (!(square > 0) || !std::isfinite(square)) return false;
-    facet.triangle = t;
-    facet.normal = cross / std::sqrt(square) * static_cast<double>(plan.turn[t]);
+    facet.mesh = face.mesh;
+    facet.triangle = face.triangle;
+    facet.normal = cross / std::sqrt(square) * static_cast<double>(face.turn);
     facet.origin = a;
     facet.g1 = (c - a).cross(cross) / square;
     facet.g2 = cross.cross(b - a) / square;
-    const std::uint32_t material = scene.mesh.materials[t];
+    const std::uint32_t material = face.material;
+    facet.material = material;
     facet.one_sided = !plan.two_sided[material];
-    facet.closed = plan.winding[t] != 0;
+    facet.closed = face.winding != 0;
     facet.facing = {};
-    if (!bent_moments(scene.mesh, tri, facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);
-    facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty() || scene.materials[material].solid));
+    if (!bent_moments(*face.mesh, face.mesh->triangles[face.triangle], facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);
+    facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !face.mesh->colors.empty() || scene.materials[material].solid));
     facet.solid = want.color ? scene.materials[material].solid.get() : nullptr;
     Areas open;  // what goes by covered area
     open.covered = 1;
@@ -118,7 +121,7 @@ struct Clipper {
     if (!facet.sampled) all += open;
     facet.whole = all;
     facet.covered = open;
-    facet.uv_width = plan.uv_width.empty() ? 0 : plan.uv_width[t];
+    facet.uv_width = face.uv_width;
     facet.color = scene.materials[material].kd;
     corners.n = 3;
     corners.v[0] = a;
@@ -136,7 +139,7 @@ struct Clipper {
       const double part = (b - a).cross(c - a).length() / 2;
       if (!(part > 1e-9 * area)) continue;
       const V3d p = (a + b + c) / 3.0 - facet.origin;
-      SurfaceSample s = footprint_sample(textures, scene.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
+      SurfaceSample s = footprint_sample(textures, *facet.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
                                                facet.uv_width * static_cast<float>(std::sqrt(part) * plan.grid.h));
       if (facet.solid) s.color = facet.solid->color(plan.grid.to_world((a + b + c) / 3.0), facet.normal, std::sqrt(part) * plan.grid.h);
       color += V3d(s.color) * (static_cast<double>(s.coverage) * part);
@@ -180,7 +183,7 @@ struct Clipper {
     const double w = area * static_cast<double>(s.coverage);
     if (want.normals) block.moments[at].add(facet.facing, w);
     if (want.color) block.color[at] += V3d(s.color) * w;
-    if (want.material) add_material(scene.materials[scene.mesh.materials[facet.triangle]], w, block, at);
+    if (want.material) add_material(scene.materials[facet.material], w, block, at);
   }
 
   static void add_material(const Material& material, double w, DenseBlock& block, std::size_t at) {
@@ -214,10 +217,16 @@ struct Clipper {
     });
   }
 
-  void clip_triangle(Layer8& layer, std::uint32_t t, int z0, int z1) const {
+  void clip_placed(Layer8& layer, const Placed& placed, int z0, int z1) const {
+    const Box3d reach(V3d(-1, -1, z0 - 1), V3d(plan.grid.n.x + 1, plan.grid.n.y + 1, z1 + 1));  // one cell more than the rule of walls can ask for
+    walk_shape(plan.shapes[placed.shape], [&](const ShapeNode& node) { return placed_box(placed, node.box).intersects(reach); },
+               [&](std::uint32_t t) { clip_face(layer, placed_face(scene, plan, placed, t), z0, z1); });
+  }
+
+  void clip_face(Layer8& layer, const Face& face, int z0, int z1) const {
     Facet facet;
     Polygon corners;
-    if (!make_facet(t, facet, corners)) return;
+    if (!make_facet(face, facet, corners)) return;
     const V3i& n = plan.grid.n;
     const V3d side = facet.closed ? facet.normal : -facet.normal;  // away from the cell that surface in a wall belongs to
     split_cells(corners, 2, side.z, z0, z1, [&](int z, const Polygon& sheet) {
@@ -343,6 +352,7 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
   std::vector<std::uint32_t> fibre_bins;
   if (!plan.fibres.empty()) bin_fibres(plan, blocks.z, fibre_first, fibre_bins);
 
+  const PlacedLayers placed = layer_placed(plan, 2, 8, blocks.z);
   const Clipper clipper{scene, plan, textures, want, blocks};
   std::vector<Surface> parts(static_cast<std::size_t>(blocks.z));
   tbb::enumerable_thread_specific<Layer8> layers;
@@ -356,9 +366,10 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
       for (const std::uint32_t v : scene.mesh.triangles[t]) prefetch_lines(&plan.points[v]);
     };
     visit_triangles(bins.data(), first[static_cast<std::size_t>(bz)], first[static_cast<std::size_t>(bz) + 1], scene.mesh.triangles.data(), touch,
-                    [&](std::uint32_t t) { clipper.clip_triangle(layer, t, z0, z1); });
+                    [&](std::uint32_t t) { clipper.clip_face(layer, mesh_face(scene, plan, t), z0, z1); });
     for (std::size_t f = fibre_first.empty() ? 0 : fibre_first[static_cast<std::size_t>(bz)]; !fibre_first.empty() && f < fibre_first[static_cast<std::size_t>(bz) + 1]; ++f)
       clipper.clip_fibre(layer, plan.fibres[fibre_bins[f]], z0, z1);
+    for (const std::uint32_t i : placed.of(bz)) clipper.clip_placed(layer, plan.placed[i], z0, z1);
     parts[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
   });

@@ -208,9 +208,7 @@ bool valid(const TextureUse& use, const Scene& scene) {
 Role mask_role(const TextureUse& use) { return use.alpha_channel ? Role::kAlpha : Role::kLuminance; }
 
 std::vector<Job> list_jobs(const Scene& scene, TextureSet::Need need, Report& report) {
-  std::vector<char> used(scene.materials.size(), 0);
-  for (const std::uint32_t m : scene.mesh.materials)
-    if (m < used.size()) used[m] = 1;
+  const std::vector<bool> used = used_materials(scene);
   std::map<int, std::vector<Role>> wanted;
   const auto want = [&](int texture, Role role) {
     auto& roles = wanted[texture];
@@ -344,6 +342,21 @@ float TextureSet::coverage(std::uint32_t material, V2f uv, float footprint) cons
   }
   if (use.mask.chain >= 0) result *= sample_last(impl_->chains[static_cast<std::size_t>(use.mask.chain)], use.mask, uv, footprint);
   return share(result);
+}
+
+std::vector<bool> used_materials(const Scene& scene) {
+  std::vector<bool> used(scene.materials.size(), false);
+  const auto use = [&](const std::vector<std::uint32_t>& materials) {
+    for (const std::uint32_t m : materials)
+      if (m < used.size()) used[m] = true;
+  };
+  use(scene.mesh.materials);
+  use(scene.fibres.materials);
+  std::vector<bool> placed(scene.shapes.size(), false);
+  for (const Instance& instance : scene.instances) placed[instance.shape] = true;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i)
+    if (placed[i]) use(scene.shapes[i].materials);
+  return used;
 }
 
 V2f uv_at(const Mesh& mesh, std::uint32_t triangle, double b1, double b2) {

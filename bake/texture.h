@@ -48,6 +48,9 @@ class TextureSet {
   std::unique_ptr<Impl> impl_;
 };
 
+// Per material, whether surface of the scene is of it.
+[[nodiscard]] std::vector<bool> used_materials(const Scene& scene);
+
 // uv at barycentrics (b1, b2) of corners 1 and 2; (0,0) where the triangle has none.
 [[nodiscard]] V2f uv_at(const Mesh& mesh, std::uint32_t triangle, double b1, double b2);
 // Vertex colour there; 1 where the mesh has none.
