@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/affine.h"
 #include "formats/plant_options.h"
 #include "formats/report.h"
 #include "formats/scene.h"
@@ -23,17 +24,6 @@ struct PlantMesh {
 
 // Last step of reading a shape: sets its range from the points that are finite, and puts the others, which no triangle may use, at 0.
 void settle_points(PlantMesh& mesh);
-
-// Row-major 3 x 4: the last column is the translation.
-struct Affine {
-  std::array<double, 12> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  [[nodiscard]] V3d operator*(const V3d& p) const {
-    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7], m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
-  }
-  [[nodiscard]] Affine operator*(const Affine& b) const;
-  [[nodiscard]] double determinant() const;  // of the left 3 x 3
-  [[nodiscard]] static Affine scale(double s);
-};
 
 // One organ: y and z of the shape times w = base + (tip − base)·(x − low)/(high − low), then `matrix`, which is absolute.
 struct PlantOrgan {

@@ -21,6 +21,8 @@ LIBRARIES = {
     "OpenSSL": r"openssl/",
     "zlib": r"zlib\.h$",
     "expat": r"expat\.h$",
+    "Draco": r"draco/",
+    "meshoptimizer": r"meshoptimizer\.h$",
 }
 
 

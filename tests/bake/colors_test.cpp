@@ -155,7 +155,7 @@ TEST(Texture, GradientIsThePiecesMean) {
   s.materials[0].kd = V3f(1, 1, 1);
   add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0));
   add_texture(s, 0, 1024, 4, 3, [](int x, int) { const float v = (static_cast<float>(x) + 0.5f) / 1024; return std::array<float, 4>{v, v, v, 1}; });
-  s.materials[0].map_kd.clamp = true;
+  s.materials[0].map_kd.wrap.fill(Wrap::kClamp);
   Recipe recipe = color_recipe(8);
   recipe.box = Box3d(V3d(0), V3d(1));
   const Pack pack = bake_quietly(s, recipe);
@@ -188,7 +188,7 @@ TEST(CutOuts, Weigh) {
   s.materials[0].kd = V3f(1, 1, 1);
   add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0.001));
   add_texture(s, 0, 64, 64, 4, [](int x, int) { return std::array<float, 4>{x < 32 ? 1.f : 0.25f, 0, x < 32 ? 1.f : 0.f, x < 32 ? 0.f : 1.f}; });
-  s.materials[0].map_kd.clamp = true;
+  s.materials[0].map_kd.wrap.fill(Wrap::kClamp);
   Recipe recipe = color_recipe(16);
   recipe.box = Box3d(V3d(0), V3d(1));
   const Pack pack = bake_quietly(s, recipe);
