@@ -279,7 +279,9 @@ const Texture* GltfMaterials::stored(std::size_t image) {
     t.path = file_.find_file(uri.text(), why);
     t.name = uri.text();
     if (t.path.empty()) {
-      report_.issue("texture-missing", "picture " + shown_as(uri.text()) + " " + why + ": the material's colour is used instead", 1, file_.path() + ": " + uri.path());
+      constexpr int kMostNamed = 50;  // one by one, but not without end
+      const std::string which = ++missing_ <= kMostNamed ? "picture " + shown_as(uri.text()) + " " + why : "further pictures are not there";
+      report_.issue("texture-missing", which + ": the material's colour is used instead", 1, file_.path() + ": " + uri.path());
       return nullptr;
     }
     add_source(scene_, t.path);

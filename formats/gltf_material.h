@@ -58,6 +58,7 @@ class GltfMaterials {
   Report& report_;
   std::map<std::size_t, GltfMaterial> made_;
   std::optional<GltfMaterial> plain_;
+  int missing_ = 0;  // pictures
   std::map<std::size_t, std::optional<Texture>> stored_;  // per image; none: cannot be had
   std::map<std::tuple<std::size_t, bool, float>, int> textures_;
   std::map<std::tuple<std::size_t, bool, bool>, std::optional<std::array<double, 4>>> means_;

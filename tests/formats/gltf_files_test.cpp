@@ -37,6 +37,15 @@ TEST(GltfFiles, CardsCutOutByTheirPicture) {
   EXPECT_NEAR(there, pi * 0.6 * 0.95 / 4, 0.002) << "of sixteen places a texel along an outline of 150 texels";
 }
 
+// gltfpack -cc -noq: compressed, its floats kept but for their last bits.
+TEST(GltfFiles, CompressedCardsAreTheSame) {
+  Report report;
+  const Measures plain = measure(read("cards.glb", report).mesh), packed = measure(read("cards_meshopt.glb", report).mesh);
+  EXPECT_TRUE(report.issues.empty());
+  EXPECT_NEAR(packed.area, plain.area, 1e-4);
+  EXPECT_NEAR((packed.box.min - plain.box.min).length() + (packed.box.max - plain.box.max).length(), 0, 1e-4);
+}
+
 TEST(GltfFiles, NestedAndMirroredFrames) {
   Report report;
   const Scene scene = read("nested.gltf", report);

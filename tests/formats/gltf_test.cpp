@@ -450,6 +450,30 @@ TEST(Gltf, DeepHierarchiesCostNoStack) {
   EXPECT_EQ(measure(read(file.glb()).mesh).box.min.x, kDeep - 1);
 }
 
+TEST(Gltf, DeepTextAndManyMissingPicturesCostLittle) {
+  GltfBuilder file;
+  file.show(file.cube());
+  std::string text = file.gltf();
+  text.insert(text.size() - 1, ",\"extras\":" + std::string(3000000, '[') + std::string(3000000, ']'));
+  EXPECT_EQ(read(text).mesh.triangles.size(), 12u);
+  GltfBuilder many;
+  many.show(textured(many));
+  many.add("textures", {{"source", 0}});
+  many.add("images", {{"uri", "gone0.png"}});
+  for (std::size_t i = 1; i < 20000; ++i) {
+    many.add("images", {{"uri", "gone" + std::to_string(i) + ".png"}});
+    many.add("textures", {{"source", i}});
+    Json m = many.json["materials"][0];
+    m["pbrMetallicRoughness"]["baseColorTexture"]["index"] = i;
+    Json p = many.json["meshes"][0]["primitives"][0];
+    p["material"] = many.add("materials", m);
+    many.json["meshes"][0]["primitives"].push_back(p);
+  }
+  Report report;
+  EXPECT_EQ(read(many.glb(), report).materials.size(), 20000u);
+  EXPECT_EQ(report.issues.size(), 51u);
+}
+
 TEST(Gltf, InstancesAreBoundedBeforeTheyAreMade) {
   GltfBuilder file;
   file.show(file.cube());
