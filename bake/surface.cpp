@@ -98,7 +98,7 @@ struct Clipper {
     facet.g1 = (c - a).cross(cross) / square;
     facet.g2 = cross.cross(b - a) / square;
     const std::uint32_t material = scene.mesh.materials[t];
-    facet.one_sided = !plan.two_sided[material];
+    facet.one_sided = !plan.is_two_sided(t, material);
     facet.closed = plan.winding[t] != 0;
     facet.facing = {};
     if (!bent_moments(scene.mesh, tri, facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);

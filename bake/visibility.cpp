@@ -218,7 +218,7 @@ struct Tracer {
     const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
     if (!(sum > 0)) return;
     const double area = weight / (sum * bundle.pattern.rays());
-    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->two_sided[bundle.scene->mesh.materials[triangle]]);
+    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->is_two_sided(triangle, bundle.scene->mesh.materials[triangle]));
   }
 
   void level_column(Worker& w, int level, int cu, int cv, std::vector<InsideRun>* runs) const {

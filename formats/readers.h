@@ -20,6 +20,10 @@ namespace texel {
 [[nodiscard]] Scene read_stl(const Input& input, Report& report);
 [[nodiscard]] Scene read_off(const Input& input, Report& report);
 
+// A glTF 2.0 file, JSON or binary; the scene is in its metres, y up. Instances are copied. Throws Error{kUnsupported} where they have more than
+// `most_triangles` together, before any is made, and for extensions that are required and not known; Error{kFile} where a file it needs is not there.
+[[nodiscard]] Scene read_gltf(const Input& input, Report& report, std::int64_t most_triangles = std::int64_t{1} << 27);
+
 // A picture as a height field, and the cyclic noise that options.perlin asks for. Beyond what read.h says they throw
 // Error{kCommandLine} where options.base is above the lowest height.
 [[nodiscard]] Scene read_height(const std::string& path, const HeightOptions& options, Report& report);
