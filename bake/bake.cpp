@@ -156,7 +156,7 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     const Barycentrics b = face_barycentrics(bundle.axes, p0, p1, p2, u, v);
     const V3d point = p0 + (p1 - p0) * b.b1 + (p2 - p0) * b.b2;
     const V3d normal = triangle_normal(p0, p1, p2) * static_cast<double>(face.turn);
-    return light(color, point, normal, plan.two_sided[material]);
+    return light(color, point, normal, plan.is_two_sided(face.winding, material));
   };
   shader.voxel = [&surface, light](const V3i& voxel, std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);

@@ -263,6 +263,7 @@ Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>
   plan.winding.assign(mesh.triangles.size(), 0);
   for (std::size_t m = 0; m < scene.materials.size(); ++m)
     plan.two_sided.push_back(recipe.two_sided == Sidedness::kAlways || (recipe.two_sided == Sidedness::kAuto && has_cutouts[m]));
+  for (const Material& material : scene.materials) plan.two_sided_open.push_back(recipe.two_sided == Sidedness::kAuto && material.two_sided);
 
   Statistics& s = plan.statistics;
   s.triangles = static_cast<std::int64_t>(mesh.triangles.size());

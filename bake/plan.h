@@ -19,7 +19,8 @@ struct Plan {
   std::vector<V3d> points;          // voxel space; within 2⁻³⁰ of a wall: on it
   std::vector<std::int8_t> turn;    // per triangle: −1 where its component was inside out and its normal is turned, else +1
   std::vector<std::int8_t> winding; // per triangle: what a crossing along its turned normal's negative adds: 1, or 0: open, takes no part
-  std::vector<bool> two_sided;      // per material
+  std::vector<bool> two_sided;      // per material: lit from both sides
+  std::vector<bool> two_sided_open; // per material: where it is not the surface of a solid
   std::vector<float> uv_width;      // per triangle: width in uv of a world length; empty where nothing is textured
   std::vector<FibreSegment> fibres; // the pieces of Scene::fibres; crossings number them behind the triangles
   std::vector<ShapeTree> shapes;    // of Scene::shapes
@@ -35,6 +36,11 @@ struct Plan {
   std::vector<std::uint32_t> body;
   std::size_t curtains = 0;         // the last triangles: set up by repeat_scene outside the grid, only rays meet them
   Statistics statistics;            // triangles … volume; colour and voxel counts come later
+
+  // Of a triangle with this winding and material.
+  [[nodiscard]] bool is_two_sided(std::int8_t winds, std::uint32_t material) const {
+    return two_sided[material] || (two_sided_open[material] && winds == 0);
+  }
 };
 
 // Throws Error{kBadInput} when neither triangle nor fibre has an area or the voxel edge is not within 1e-30 … 1e30 units (density, depth/h, is a float),

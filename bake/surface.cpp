@@ -101,7 +101,7 @@ struct Clipper {
     facet.g2 = cross.cross(b - a) / square;
     const std::uint32_t material = face.material;
     facet.material = material;
-    facet.one_sided = !plan.two_sided[material];
+    facet.one_sided = !plan.is_two_sided(face.winding, material);
     facet.closed = face.winding != 0;
     facet.facing = {};
     if (!bent_moments(*face.mesh, face.mesh->triangles[face.triangle], facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);

@@ -33,8 +33,10 @@ class TextureSet {
   [[nodiscard]] bool any_cutouts() const;
   // Whether sampling the material needs uv at all.
   [[nodiscard]] bool textured(std::uint32_t material) const;
+  [[nodiscard]] bool double_sided(std::uint32_t material) const;  // the material says so itself
+  // Whether a surface seen from behind shows its back; of a solid nobody sees it.
   [[nodiscard]] bool two_sided(std::uint32_t material, Sidedness sidedness) const {
-    return sidedness == Sidedness::kAlways || (sidedness == Sidedness::kAuto && has_cutouts(material));
+    return sidedness == Sidedness::kAlways || (sidedness == Sidedness::kAuto && (has_cutouts(material) || double_sided(material)));
   }
 
   // `uv` as the mesh has it (scale, offset and clamp are applied here; v = 0 is the bottom row); `footprint`: width in uv of what

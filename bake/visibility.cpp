@@ -219,7 +219,7 @@ struct Tracer {
     const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
     if (!(sum > 0)) return;
     const double area = weight / (sum * bundle.pattern.rays());
-    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->two_sided[face.material]);
+    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->is_two_sided(face.winding, face.material));
   }
 
   // A piece's whole wall goes with the rays its three shadows get.

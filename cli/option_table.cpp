@@ -534,7 +534,7 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.recipe.normals; },
              std::vector<std::pair<const char*, Normals>>{{"all", Normals::kAll}, {"visible", Normals::kVisible}}),
       choice({.name = "two-sided", .metavar = "WHEN", .group = kVolume, .commands = kBakes,
-              .help = "surface lit from both sides; auto: materials with cut-outs", .in_recipe = true},
+              .help = "surface lit from both sides; auto: materials with cut-outs, and where it is no solid those that say so themselves", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.two_sided; },
              std::vector<std::pair<const char*, Sidedness>>{
                  {"auto", Sidedness::kAuto}, {"always", Sidedness::kAlways}, {"never", Sidedness::kNever}}),

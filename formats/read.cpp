@@ -17,10 +17,10 @@
 namespace texel {
 namespace {
 
-enum class Format { kUnknown, kObj, kPly, kStl, kOff, kOpf, kGwa, kOps, kLig, kSmb, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz, kHair, kXml };
+enum class Format { kUnknown, kObj, kPly, kStl, kOff, kGltf, kGlb, kOpf, kGwa, kOps, kLig, kSmb, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz, kHair, kXml };
 
-constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz", ".hair", ".xml"};
-constexpr const char* kReadable = ".obj, .ply, .stl, .off, .opf, .gwa, .ops, .lig, .smb, .json, .vdb, .df3, .mhd, .mha, .inr, .inr.gz, .hair or .xml (curves), or a picture of heights (.png, .tif, .exr)";
+constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz", ".hair", ".xml"};
+constexpr const char* kReadable = ".obj, .ply, .stl, .off, .gltf, .glb, .opf, .gwa, .ops, .lig, .smb, .json, .vdb, .df3, .mhd, .mha, .inr, .inr.gz, .hair or .xml (curves), or a picture of heights (.png, .tif, .exr)";
 
 std::string small_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -47,6 +47,7 @@ std::uint32_t little_word(const char* at) {
 Format by_content(std::span<const char> bytes) {
   const std::string_view text(bytes.data(), bytes.size());
   if (text.starts_with("HAIR")) return Format::kHair;
+  if (text.starts_with("glTF")) return Format::kGlb;
   if (text.starts_with("ply\n") || text.starts_with("ply\r")) return Format::kPly;
   if (bytes.size() >= 84 && 84 + 50ull * little_word(bytes.data() + 80) == bytes.size()) return Format::kStl;
   if (const std::string_view root = xml_root(text); root == "opf") return Format::kOpf;
@@ -57,6 +58,7 @@ Format by_content(std::span<const char> bytes) {
   for (const char* name : {"OFF", "COFF", "NOFF", "CNOFF", "STOFF", "STCOFF", "STNOFF", "STCNOFF"})
     if (word == name) return Format::kOff;
   if (word == "solid" && head.find("facet normal") != std::string_view::npos) return Format::kStl;
+  if (head.starts_with('{') && head.find("\"asset\"") != std::string_view::npos) return Format::kGltf;
   for (const char* name : {"mtllib", "usemtl", "vn", "vt", "v"})
     if (word == name) return Format::kObj;
   return Format::kUnknown;
@@ -143,6 +145,8 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
       case Format::kXml: return read_curves(input, report);
       case Format::kPly: return read_ply(input, report);
       case Format::kStl: return read_stl(input, report);
+      case Format::kGltf:
+      case Format::kGlb: return read_gltf(input, report);
       case Format::kOpf:
       case Format::kGwa: return plant_scene(read_opf(input, report), options.plants, report, path);
       case Format::kOps: return read_ops(input, options.plants, report);
@@ -158,7 +162,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
     }
   };
   Scene scene = read();
-  if (options.plants.unit > 0 && (format <= Format::kOff || format >= Format::kHair)) {
+  if (options.plants.unit > 0 && (format <= Format::kGlb || format >= Format::kHair)) {
     for (V3d& p : scene.mesh.points) p *= options.plants.unit;
     for (V3d& p : scene.fibres.points) p *= options.plants.unit;
     for (double& r : scene.fibres.radii) r *= options.plants.unit;
@@ -177,7 +181,8 @@ void join_textures(Scene& to, Scene& from) {
   std::vector<int> number;
   for (std::size_t i = 0; i < from.textures.size(); ++i) {
     std::size_t at = 0;
-    while (at < to_raw.size() && !(to.textures[at].path == from.textures[i].path && to_raw[at] == from_raw[i] && to.textures[at].opaque == from.textures[i].opaque)) ++at;
+    const auto same = [&](const Texture& a, const Texture& b) { return a.path == b.path && a.opaque == b.opaque && a.cutoff == b.cutoff && a.bytes == b.bytes; };
+    while (at < to_raw.size() && !(same(to.textures[at], from.textures[i]) && to_raw[at] == from_raw[i])) ++at;
     if (at == to_raw.size()) {
       at = to.textures.size();
       to.textures.push_back(from.textures[i]);
@@ -400,8 +405,10 @@ Scene read_scene(std::span<const std::string> paths, const ReadOptions& options,
   std::vector<Texture> files = scene.textures;
   scene.load_texture = [files = std::move(files), raw = raw_textures(scene)](int texture) {
     const auto i = static_cast<std::size_t>(texture);
-    Image image = read_image(files.at(i).path, raw.at(i));
-    if (files.at(i).opaque) drop_alpha(image);
+    const Texture& file = files.at(i);
+    Image image = file.bytes ? read_image(*file.bytes, file.name, raw.at(i)) : read_image(file.path, raw.at(i));
+    if (file.opaque) drop_alpha(image);
+    if (file.cutoff >= 0) threshold_alpha(image, file.cutoff);
     return image;
   };
   return std::move(scene);

@@ -7,6 +7,7 @@
 //   .hair      fibres; x colour along them                                 Cem Yuksel's; .xml: curves of Embree scenes; .obj lines are fibres, too
 //   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
 //   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
+//   .gltf .glb x       x   x       x         x        triangles    glTF 2.0 (docs/inputs.md), also Draco and meshopt
 //   .opf .gwa  x               x                      any          plants (docs/inputs.md), centimetres, in the scene metres
 //   .ops       places .opf, .gwa and .lig files; .lig with its .dta or .dsp and .smb files: line trees; .smb: one symbol of theirs
 //   pictures   a height field (docs/inputs.md): .png .tif .tiff .exr .jpg .jpeg .hdr .bmp .tga .pgm .ppm .pnm .pfm .webp .jp2

@@ -21,6 +21,10 @@ namespace texel {
 [[nodiscard]] Scene read_stl(const Input& input, Report& report);
 [[nodiscard]] Scene read_off(const Input& input, Report& report);
 
+// A glTF 2.0 file, JSON or binary; the scene is in its metres, y up. Instances are copied. Throws Error{kUnsupported} where they have more than
+// `most_triangles` together, before any is made, and for extensions that are required and not known; Error{kFile} where a file it needs is not there.
+[[nodiscard]] Scene read_gltf(const Input& input, Report& report, std::int64_t most_triangles = std::int64_t{1} << 27);
+
 // Fibres alone: Cem Yuksel's HAIR files, and the curves of an Embree XML scene, cut into pieces off by at most 1/16384 of the diagonal of their
 // control points.
 [[nodiscard]] Scene read_hair(const Input& input, Report& report);

@@ -21,11 +21,14 @@ namespace texel {
 
 inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
-// A texture used by a material: which picture, and MTL's -s, -o, -clamp. uv' = uv·scale + offset; v = 0 is the bottom row.
+// What lies beyond a picture's border, along u or v.
+enum class Wrap { kRepeat, kClamp, kMirror };
+
+// A texture used by a material: which picture, and how it lies: MTL's -s, -o, -clamp, glTF's samplers. uv' = uv·scale + offset; v = 0 is the bottom row.
 struct TextureUse {
   int texture = -1;            // into Scene::textures; −1: none
   V2f scale{1, 1}, offset{0, 0};
-  bool clamp = false;          // else repeats
+  std::array<Wrap, 2> wrap{};  // along u and v
   bool alpha_channel = false;  // map_d only: read the mask from the alpha channel rather than the luminance
   [[nodiscard]] bool used() const { return texture >= 0; }
 };
@@ -39,6 +42,7 @@ struct Material {
   V3f ke{0, 0, 0};             // emission
   float roughness = 1;         // GGX α² root: α = sqrt(2/(Ns+2)); 1 where there is no specular
   float opacity = 1;           // d, or 1 − Tr
+  bool two_sided = false;      // lit from both sides where it is not the surface of a solid
   TextureUse map_kd, map_d;
   std::shared_ptr<const SolidTexture> solid;  // colour by position: instead of kd; null: none
 };
@@ -47,6 +51,8 @@ struct Texture {
   std::string path;            // resolved, readable; readers report a missing file and leave the use out instead
   std::string name;            // as the input names it, for messages
   bool opaque = false;         // its alpha is left out
+  float cutoff = -1;           // >= 0: alpha counts as 1 from this value on, as 0 below
+  std::shared_ptr<const std::string> bytes = nullptr;  // the picture's file, where it is part of another (`path`); null: at `path`
 };
 
 // Triangle soup with shared vertices. Polygons are already triangulated: convex ones as a fan from their first corner,
