@@ -80,6 +80,7 @@ Placed make_placed(const Instance& instance, const Grid& grid) {
   for (std::size_t r = 0; r < 3; ++r)
     for (std::size_t c = 0; c < 3; ++c) placed.turn[3 * r + c] = m[4 * r + c] / grid.h;
   placed.move = grid.to_voxel(V3d(m[3], m[7], m[11]));
+  if (keeps_shape(placed.turn)) placed.scale = std::cbrt(std::abs(instance.place.determinant())) / grid.h;
   return placed;
 }
 
@@ -119,10 +120,9 @@ void plan_instances(const Scene& scene, const Recipe& recipe, Plan& plan, Report
     placed.box = placed_box(placed, tree.nodes[0].box);
     placed.first = plan.placed_triangles;
     plan.placed_triangles += shape.triangles.size();
-    const auto& m = instance.place.m;
-    const std::array<double, 9> linear{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
-    if (keeps_shape(linear)) {
-      s.area += sums[placed.shape].area * (V3d(m[0], m[4], m[8]).length2());
+    if (placed.scale > 0) {
+      const double grown = placed.scale * plan.grid.h;
+      s.area += sums[placed.shape].area * grown * grown;
       s.degenerate += sums[placed.shape].degenerate;
     } else {
       for (std::uint32_t t = 0; t < shape.triangles.size(); ++t) {

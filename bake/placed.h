@@ -36,6 +36,7 @@ struct Placed {
   Affine place;                        // shape -> world
   std::array<double, 9> turn{};        // shape -> voxel directions, row by row
   V3d move{0, 0, 0};                   // and the shape's origin, voxel space
+  double scale = 0;                    // what all lengths grow by, to voxels; 0: they grow unevenly
   Box3d box;                           // of the moved box of the shape; voxel space
   std::uint64_t first = 0;             // number of its first triangle among those of all instances
 };

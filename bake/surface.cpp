@@ -11,6 +11,7 @@
 #include "bake/block_index.h"
 #include "bake/clip.h"
 #include "bake/prefetch.h"
+#include "bake/shape_sums.h"
 
 namespace texel {
 namespace {
@@ -217,10 +218,37 @@ struct Clipper {
     });
   }
 
-  void clip_placed(Layer8& layer, const Placed& placed, int z0, int z1) const {
+  // What lies wholly in a voxel is added as a whole.
+  void add_gathered(Layer8& layer, const Placed& placed, const ShapeSums& sums, const ShapeSums::Node& node, const V3i& cell) const {
+    std::size_t at = 0;
+    DenseBlock& block = meet(layer, cell, at);
+    add_shadows(sums, node, placed, block.areas[at]);
+    for (std::uint32_t g = node.group; g < node.group + node.groups; ++g) {
+      const ShapeSums::Group& group = sums.groups[g];
+      double w = 0;
+      V3d color;
+      add_group(group, placed, !plan.is_two_sided(group.closed ? 1 : 0, group.material), cell.z, block.areas[at], want.normals ? &block.moments[at] : nullptr, w, color);
+      if (want.color) block.color[at] += color;
+      if (want.material) add_material(scene.materials[group.material], w, block, at);
+    }
+  }
+
+  void clip_placed(Layer8& layer, const Placed& placed, const ShapeSums& sums, int z0, int z1) const {
+    const ShapeTree& tree = plan.shapes[placed.shape];
     const Box3d reach(V3d(-1, -1, z0 - 1), V3d(plan.grid.n.x + 1, plan.grid.n.y + 1, z1 + 1));  // one cell more than the rule of walls can ask for
-    walk_shape(plan.shapes[placed.shape], [&](const ShapeNode& node) { return placed_box(placed, node.box).intersects(reach); },
-               [&](std::uint32_t t) { clip_face(layer, placed_face(scene, plan, placed, t), z0, z1); });
+    walk_shape(tree, [&](const ShapeNode& node) {
+      const Box3d box = placed_box(placed, node.box);
+      if (!box.intersects(reach)) return false;
+      const ShapeSums::Node& own = sums.nodes[static_cast<std::size_t>(&node - tree.nodes.data())];
+      if (own.groups == 0 || !(placed.scale > 0)) return true;
+      V3i cell;
+      for (int a = 0; a < 3; ++a) {
+        cell[a] = static_cast<int>(std::floor(box.min[a]));
+        if (!(box.max[a] < cell[a] + 1)) return true;
+      }
+      if (cell.x >= 0 && cell.y >= 0 && cell.x < plan.grid.n.x && cell.y < plan.grid.n.y && cell.z >= z0 && cell.z < z1) add_gathered(layer, placed, sums, own, cell);
+      return false;
+    }, [&](std::uint32_t t) { clip_face(layer, placed_face(scene, plan, placed, t), z0, z1); });
   }
 
   void clip_face(Layer8& layer, const Face& face, int z0, int z1) const {
@@ -353,6 +381,7 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
   if (!plan.fibres.empty()) bin_fibres(plan, blocks.z, fibre_first, fibre_bins);
 
   const PlacedLayers placed = layer_placed(plan, 2, 8, blocks.z);
+  const std::vector<ShapeSums> sums = sum_shapes(scene, plan, textures, want.color);
   const Clipper clipper{scene, plan, textures, want, blocks};
   std::vector<Surface> parts(static_cast<std::size_t>(blocks.z));
   tbb::enumerable_thread_specific<Layer8> layers;
@@ -369,7 +398,7 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
                     [&](std::uint32_t t) { clipper.clip_face(layer, mesh_face(scene, plan, t), z0, z1); });
     for (std::size_t f = fibre_first.empty() ? 0 : fibre_first[static_cast<std::size_t>(bz)]; !fibre_first.empty() && f < fibre_first[static_cast<std::size_t>(bz) + 1]; ++f)
       clipper.clip_fibre(layer, plan.fibres[fibre_bins[f]], z0, z1);
-    for (const std::uint32_t i : placed.of(bz)) clipper.clip_placed(layer, plan.placed[i], z0, z1);
+    for (const std::uint32_t i : placed.of(bz)) clipper.clip_placed(layer, plan.placed[i], sums[plan.placed[i].shape], z0, z1);
     parts[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
   });
