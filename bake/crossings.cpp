@@ -313,6 +313,7 @@ Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textu
   b.textures = &textures;
   b.pattern = make_pattern(recipe.pattern, recipe.samples);
   b.axis = axis;
+  b.triangles = static_cast<std::uint32_t>(scene.mesh.triangles.size());
   b.axes = bundle_axes(axis);
   b.nu = plan.grid.n[b.axes.u];
   b.nv = plan.grid.n[b.axes.v];

@@ -46,6 +46,7 @@ struct Bundle {
   const TextureSet* textures = nullptr;
   RayPattern pattern;
   int axis = 2;
+  std::uint32_t triangles = kNoIndex;      // of the scene: crossings from this number on are fibres
   BundleAxes axes{0, 1, 2};
   int nu = 0, nv = 0, nw = 0;
   int band_rows = 8;                       // voxel rows a band covers
@@ -60,8 +61,7 @@ struct Bundle {
 
 // Of what a crossing is: the piece of a fibre, null where it is a triangle; else the triangle; the material of either.
 [[nodiscard]] inline const FibreSegment* crossed_fibre(const Bundle& bundle, const Crossing& c) {
-  const std::size_t triangles = bundle.scene->mesh.triangles.size();
-  return c.page > 0 || c.triangle < triangles ? nullptr : &bundle.plan->fibres[c.triangle - triangles];
+  return c.page > 0 || c.triangle < bundle.triangles ? nullptr : &bundle.plan->fibres[c.triangle - bundle.triangles];
 }
 [[nodiscard]] Face crossed_face(const Bundle& bundle, const Crossing& c);
 [[nodiscard]] std::uint32_t crossed_material(const Bundle& bundle, const Crossing& c);

@@ -66,7 +66,6 @@ double fibre_place(const Bundle& bundle, const FibreSegment& fibre, double u, do
 void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& scratch) {
   const RayPattern& pattern = bundle.pattern;
   const auto b = static_cast<std::size_t>(band);
-  const auto triangles = static_cast<std::uint32_t>(bundle.scene->mesh.triangles.size());
   for (std::size_t k = bundle.fibre_first[b]; k < bundle.fibre_first[b + 1]; ++k) {
     const FibreSegment& fibre = bundle.plan->fibres[bundle.fibre_bins[k]];
     const FibreOutline o = outline_of(bundle, fibre);
@@ -92,7 +91,7 @@ void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& 
             Crossing c{};
             c.w = at[bundle.axes.w];
             c.cell = static_cast<std::int32_t>(std::floor(std::clamp(c.w, -2.0, bundle.nw + 2.0)));
-            c.triangle = triangles + bundle.fibre_bins[k];
+            c.triangle = bundle.triangles + bundle.fibre_bins[k];
             c.coverage = 1;
             c.enters = -1;  // with winding 0: what lies in a wall belongs to the cell beyond
             const std::size_t ray = ((static_cast<std::size_t>(row - out.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r)) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(column)) *

@@ -292,9 +292,9 @@ Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>
   plan_instances(scene, recipe, plan, report);
   if (!(s.area > 0)) throw Error(Code::kBadInput, "", "no triangle has an area", "check the input file");
   if (s.degenerate > 0) report.issue("degenerate-triangles", "triangles have no area; they change nothing", s.degenerate);
-  if (!plan.fill && recipe.fill != Fill::kOff && given_triangles(mesh) + plan.placed.size() > 0) {
+  if (!plan.fill && recipe.fill != Fill::kOff) {
     if (recipe.fill == Fill::kOn) throw Error(Code::kBadInput, "--fill on", "no component is closed and opaque", "use --fill auto or close the mesh");
-    report.skip("fill", "no closed component");
+    if (given_triangles(mesh) + plan.placed.size() > 0) report.skip("fill", "no closed component");
   }
   return plan;
 }

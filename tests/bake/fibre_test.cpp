@@ -394,6 +394,9 @@ TEST(Fibre, DegenerateAndHuge) {
   add_strand(scene, {V3d(8, 8, 8), V3d(8, 8, 9)}, {0, 0.05});
   const Pack pack = bake_quietly(scene, unit_recipe());
   (void)check_invariants(pack);
+  Recipe filled = unit_recipe();
+  filled.fill = Fill::kOn;
+  EXPECT_THROW((void)bake_quietly(scene, filled), Error);                           // thin fibres hold nothing
   Scene none = empty_scene();
   add_strand(none, {V3d(100, 1, 1), V3d(101, 1, 1)}, {0.01, 0.01});
   EXPECT_THROW((void)bake_quietly(none, unit_recipe()), Error);                     // outside the box: said so
