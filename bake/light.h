@@ -36,7 +36,15 @@ class RayScene {
   // Barycentrics u, v of corners 1 and 2; `front`: the ray comes from the side the triangle's normal points to. Of several hits at one
   // distance a front one comes first, then the lower index, so that the answer does not depend on how the tree was built.
   // Fibres' pieces are numbered behind the triangles in the order of their strands; u is then the place along the piece and `normal` the wall's.
-  struct Hit { std::uint32_t triangle = kNoIndex; double distance = 0; float u = 0, v = 0; bool front = true; V3d normal{0, 0, 0}; };
+  // Of an instance `triangle` is one of its shape's, and `front` is as if the shape stood there unmirrored.
+  struct Hit {
+    std::uint32_t triangle = kNoIndex;
+    double distance = 0;
+    float u = 0, v = 0;
+    bool front = true;
+    V3d normal{0, 0, 0};
+    std::uint32_t instance = kNoIndex;  // into Scene::instances; kNoIndex: of the mesh or a fibre
+  };
   // First hit along the ray (world); no triangle where it misses. Cut-outs are not applied. Thread-safe.
   [[nodiscard]] Hit first_hit(const V3d& origin, const V3d& direction, double from = 0) const;
   // The same; surface that is not there is passed through: coverage below 1/512 in a footprint `width` + `spread`·distance about it.

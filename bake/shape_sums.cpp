@@ -58,7 +58,7 @@ void add_part(const Part& p, ShapeSums::Group& g) {
 }
 
 // Where a direction lies on an octahedron unfolded to a square of kSide × kSide.
-constexpr int kSide = 64;
+constexpr int kSide = 128;
 int direction_bin(const V3d& a) {
   const double sum = std::abs(a.x) + std::abs(a.y) + std::abs(a.z);
   if (!(sum > 0)) return 0;
@@ -92,7 +92,8 @@ void gather_node(const ShapeTree& tree, std::uint32_t at, const std::vector<Part
   own.vectors = node.count;
   if (node.count <= kMostVectors) return;
   std::map<int, V3d> bins;
-  for (std::uint32_t i = node.first; i < node.first + node.count; ++i) bins[direction_bin(parts[i].vector) * 2 + (parts[i].closed ? 1 : 0)] += parts[i].vector * parts[i].coverage;
+  for (std::uint32_t i = node.first; i < node.first + node.count; ++i) 
+    bins.try_emplace(direction_bin(parts[i].vector) * 2 + (parts[i].closed ? 1 : 0), V3d(0, 0, 0)).first->second += parts[i].vector * parts[i].coverage;
   own.vector = sums.vectors.size();
   own.vectors = bins.size();
   for (const auto& [bin, vector] : bins) sums.vectors.push_back({vector, bin % 2 == 1});

@@ -9,9 +9,10 @@
 namespace texel {
 
 // What a voxel gets of a node that lies wholly in it needs no clipping: areas, moments and colours turn and grow with the instance. Only
-// shadows need each normal by itself, Σ|A·n|; of nodes with more than kMostVectors triangles, normals of about one direction are added up first.
+// shadows need each normal by itself, Σ|A·n|; of nodes with more than kMostVectors triangles, normals of about one direction (δ = 0.04 apart at
+// most) are added up first. What faces the shadow's edge is then short by δ/12 on average, all of an even spread of normals by δ²/12: 1.3e-4.
 inline constexpr std::uint32_t kLeastGathered = 32;     // triangles: below, clipping is as quick
-inline constexpr std::uint32_t kMostVectors = 4096;
+inline constexpr std::uint32_t kMostVectors = 8192;
 
 struct ShapeSums {
   // Triangles of one material, closed or not, in one node. The shape's space.

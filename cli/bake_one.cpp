@@ -19,6 +19,7 @@
 #include "cli/interrupt.h"
 #include "cli/print.h"
 #include "cli/recipe_file.h"
+#include "formats/instances.h"
 #include "formats/error.h"
 #include "formats/write.h"
 
@@ -76,7 +77,11 @@ double memory_estimate(const Scene& scene, const Settings& settings, const Grid&
     const V3d size = (solid.box.isEmpty() ? grid.box() : solid.box).size();
     implicit_area += 2 * std::numbers::pi / 4 * (size.x * size.y + size.y * size.z + size.z * size.x);
   }
-  const double area = mesh_area(mesh) + fibre_area(scene.fibres) + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
+  double placed_area = 0;
+  std::vector<double> shape_areas;
+  for (const Mesh& shape : scene.shapes) shape_areas.push_back(mesh_area(shape));
+  for (const Instance& instance : scene.instances) placed_area += shape_areas[instance.shape] * std::pow(std::abs(instance.place.determinant()), 2.0 / 3);
+  const double area = mesh_area(mesh) + placed_area + fibre_area(scene.fibres) + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
   const double geometry = made + 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
   const double cells = std::min(1.5 * area / (grid.h * grid.h), static_cast<double>(grid.voxels()));
   constexpr double kBytesPerCell = 4 * 40, kBytesPerCrossing = 24;  // 40 stored floats and moments; place, triangle, side
@@ -110,7 +115,8 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   };
   const auto corner = [&](const V3d& v) { return "(" + shown(v.x) + ", " + shown(v.y) + ", " + shown(v.z) + ")"; };
   if (scene.hypertexture) line("density", hypertexture_name(scene.hypertexture->preset));
-  else line("triangles", grouped(static_cast<std::int64_t>(scene.mesh.triangles.size())));
+  else line("triangles", grouped(static_cast<std::int64_t>(count_triangles(scene))));
+  if (!scene.instances.empty()) line("instances", grouped(static_cast<std::int64_t>(scene.instances.size())) + " of " + grouped(static_cast<std::int64_t>(scene.shapes.size())) + (scene.shapes.size() == 1 ? " shape" : " shapes"));
   if (const std::size_t strands = scene.fibres.strands()) line("fibres", grouped(static_cast<std::int64_t>(strands)) + " of " + grouped(static_cast<std::int64_t>(scene.fibres.points.size() - strands)) + " segments");
   if (!scene.implicits.empty()) line("implicit", grouped(static_cast<std::int64_t>(scene.implicits.size())) + (scene.implicits.size() == 1 ? " solid" : " solids"));
   line("box", corner(box.min) + " .. " + corner(box.max));

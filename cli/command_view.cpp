@@ -16,6 +16,7 @@
 #include "cli/interrupt.h"
 #include "cli/print.h"
 #include "cli/recipe_file.h"
+#include "formats/instances.h"
 #include "formats/error.h"
 #include "formats/read_pack.h"
 
@@ -40,9 +41,7 @@ Format picture_format(const std::string& path) {
 
 Box3d bounds(const Scene& scene) {
   if (scene.hypertexture) return density_bounds(*make_density(*scene.hypertexture, 0));
-  Box3d box;
-  for (const auto& triangle : scene.mesh.triangles)
-    for (const std::uint32_t corner : triangle) box.extendBy(scene.mesh.points[corner]);
+  Box3d box = surface_bounds(scene);
   box.extendBy(fibre_bounds(scene.fibres));
   return box;
 }

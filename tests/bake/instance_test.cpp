@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "bake/crossings.h"
+#include "bake/light.h"
+#include "bake/view.h"
 #include "formats/error.h"
 #include "formats/instances.h"
 #include "tests/bake/bake_util.h"
@@ -84,8 +86,9 @@ void expect_same(const Pack& a, const Pack& b, double bound, const std::vector<s
   for (std::size_t l = 0; l < a.levels.size(); ++l)
     for (const Layer& layer : a.levels[l].layers)
       for (const Channel& c : layer.channels)
-        if (std::find(leave_out.begin(), leave_out.end(), c.name) == leave_out.end())
+        if (std::find(leave_out.begin(), leave_out.end(), c.name) == leave_out.end()) {
           EXPECT_LE(largest_difference(a.levels[l], b.levels[l], c.name), bound) << c.name << " at level " << l;
+        }
   EXPECT_EQ(a.statistics.triangles, b.statistics.triangles);
   EXPECT_EQ(a.statistics.components, b.statistics.components);
   EXPECT_EQ(a.statistics.closed, b.statistics.closed);
@@ -145,6 +148,75 @@ TEST(Instances, EveryRayMeetsTheSame) {
     EXPECT_GT(met, 10000);
     EXPECT_EQ(different, 0);
   }
+}
+
+// Nodes that lie in one voxel are added as a whole; those of more than kMostVectors triangles add up normals of about one direction first, to
+// shadows that are short by at most 1.3e-4 (shape_sums.h).
+TEST(Instances, SmallAgainstAVoxel) {
+  Scene scene = with_materials();
+  scene.shapes = shapes(60);
+  ASSERT_GT(scene.shapes[0].triangles.size(), 8192u);
+  Random random(7);
+  for (int i = 0; i < 300; ++i) {
+    V3d scale = V3d(1, 1, 1) * 0.02;
+    if (i % 4 == 1) scale.y = -scale.y;
+    scene.instances.push_back({static_cast<std::uint32_t>(i % 3), placement(random_rotation(random), scale, V3d(random.uniform(), random.uniform(), random.uniform()))});
+  }
+  const auto placed = run_stages(scene, volume_recipe(6), false, 3), copied = run_stages(flatten_instances(scene), volume_recipe(6), false, 3);
+  for (std::size_t l = 0; l < 3; ++l) {
+    const Surface &a = placed->surfaces[l], &b = copied->surfaces[l];
+    ASSERT_EQ(a.areas.size(), b.areas.size());
+    for (std::size_t i = 0; i < a.areas.size(); ++i) {
+      const double area = b.areas[i].area, exact = 1e-12 * area;
+      EXPECT_NEAR(a.areas[i].area, area, exact);
+      EXPECT_NEAR(a.areas[i].covered, b.areas[i].covered, exact);
+      EXPECT_NEAR(a.areas[i].lost, b.areas[i].lost, exact);
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(a.areas[i].outward[k], b.areas[i].outward[k], exact);
+        EXPECT_NEAR(a.areas[i].crossings[k], b.areas[i].crossings[k], 1.3e-4 * b.areas[i].crossings[k] + exact);
+        EXPECT_NEAR(a.areas[i].stopping[k], b.areas[i].stopping[k], 1.3e-4 * b.areas[i].stopping[k] + exact);
+        EXPECT_NEAR(a.color[i][k], b.color[i][k], 1e-7 * area);  // albedo is a float
+        EXPECT_NEAR(a.moments[i].m[k], b.moments[i].m[k], exact);
+      }
+      EXPECT_NEAR(a.moments[i].xx, b.moments[i].xx, exact);
+      EXPECT_NEAR(a.moments[i].yz, b.moments[i].yz, exact);
+    }
+  }
+}
+
+TEST(Instances, ObliqueRaysMeetTheSame) {
+  const Scene scene = scattered(40, 0.1, 12, 8), flat = flatten_instances(scene);
+  const RayScene a(scene), b(flat);
+  Random random(9);
+  int met = 0, differ = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const V3d from = V3d(0.5, 0.5, 0.5) + random.direction() * 3.0, to(random.uniform(), random.uniform(), random.uniform());
+    const RayScene::Hit x = a.first_hit(from, to - from), y = b.first_hit(from, to - from);
+    // A ray may pass an outline on either side, as floats hold the two scenes in different digits.
+    differ += (x.triangle == kNoIndex) != (y.triangle == kNoIndex) || std::abs(x.distance - y.distance) > 1e-5;
+    met += y.triangle != kNoIndex;
+    differ += std::abs(a.blocked(from, to) - b.blocked(from, to)) > 0;
+  }
+  EXPECT_GT(met, 1000);
+  EXPECT_LE(differ, 8);
+}
+
+TEST(Instances, TruthShowsTheSame) {
+  const Scene scene = scattered(25, 0.15, 12, 10);
+  ViewOptions options;
+  options.camera.eye = V3d(2, 1.5, 1.4);
+  options.camera.target = V3d(0.5, 0.5, 0.4);
+  options.width = options.height = 64;
+  options.samples = 4;
+  Report report;
+  const Image a = view_truth(scene, options, report), b = view_truth(flatten_instances(scene), options, report);
+  double difference = 0, seen = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    difference += std::abs(static_cast<double>(a.pixels[i] - b.pixels[i]));
+    seen += static_cast<double>(b.pixels[i]);
+  }
+  EXPECT_GT(seen, 1000);
+  EXPECT_LT(difference, 1e-3 * seen);  // outlines, as above
 }
 
 TEST(Instances, AloneWithoutMesh) {
