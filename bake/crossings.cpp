@@ -137,8 +137,19 @@ struct Rasteriser {
 
   void placed(const Placed& instance) {
     const Plan& plan = *bundle.plan;
-    walk_shape(plan.shapes[instance.shape], [&](const ShapeNode& node) { return meets_ray(placed_box(instance, node.box)); },
-               [&](std::uint32_t t) { placed_triangle(placed_face(*bundle.scene, plan, instance, t), instance.first + t); });
+    walk_shape(plan.shapes[instance.shape], [&](const ShapeNode& node) { return meets_ray(placed_box(instance, node.box)); }, [&](std::uint32_t t, const std::array<V3d, 3>& corners) {
+      // Most triangles of a small instance lie between the rays: where it is, nearly, tells at a fifth of the cost of where it is exactly.
+      Box3d box;
+      for (const V3d& corner : corners) {
+        V3d p(0, 0, 0);
+        for (const int axis : {bundle.axes.u, bundle.axes.v}) p[axis] = placed_coordinate(instance, corner, axis);
+        box.extendBy(p);
+      }
+      const double slack = 0x1p-20 + 1e-12 * (box.min.length() + box.max.length());
+      box.min -= V3d(slack, slack, slack);
+      box.max += V3d(slack, slack, slack);
+      if (meets_ray(box)) placed_triangle(placed_face(*bundle.scene, plan, instance, t, corners), instance.first + t);
+    });
   }
 
   // Cut to the neighbourhood of the grid. split() cuts a shared edge at the same point for both its triangles, so nothing opens.

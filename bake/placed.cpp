@@ -11,7 +11,7 @@
 namespace texel {
 namespace {
 
-constexpr std::uint32_t kLeaf = 8;  // triangles
+constexpr std::uint32_t kLeaf = 4;  // triangles
 
 V3d corner(const Mesh& mesh, std::uint32_t triangle, int i) { return mesh.points[mesh.triangles[triangle][static_cast<std::size_t>(i)]]; }
 
@@ -48,6 +48,7 @@ void build_tree(const Mesh& mesh, ShapeTree& tree) {
     waiting.push_back({part.first + half, part.count - half, at});
     waiting.push_back({part.first, half, at});
   }
+  for (const std::uint32_t t : tree.order) tree.corners.push_back({corner(mesh, t, 0), corner(mesh, t, 1), corner(mesh, t, 2)});
 }
 
 double area_of(const V3d& a, const V3d& b, const V3d& c) { return (b - a).cross(c - a).length() / 2; }
@@ -151,12 +152,17 @@ Face mesh_face(const Scene& scene, const Plan& plan, std::uint32_t triangle) {
 
 Face placed_face(const Scene& scene, const Plan& plan, const Placed& placed, std::uint32_t triangle) {
   const Mesh& mesh = scene.shapes[placed.shape];
+  return placed_face(scene, plan, placed, triangle, {corner(mesh, triangle, 0), corner(mesh, triangle, 1), corner(mesh, triangle, 2)});
+}
+
+Face placed_face(const Scene& scene, const Plan& plan, const Placed& placed, std::uint32_t triangle, const std::array<V3d, 3>& corners) {
+  const Mesh& mesh = scene.shapes[placed.shape];
   const ShapeTree& tree = plan.shapes[placed.shape];
   Face face{.p = {}, .mesh = &mesh, .triangle = triangle, .material = mesh.materials[triangle],
             .turn = placed.mirrors ? static_cast<std::int8_t>(-tree.turn[triangle]) : tree.turn[triangle], .winding = tree.winding[triangle], .uv_width = 0};
-  for (int i = 0; i < 3; ++i) face.p[static_cast<std::size_t>(i)] = plan_point(plan.grid, placed.place * corner(mesh, triangle, i));
+  for (int i = 0; i < 3; ++i) face.p[static_cast<std::size_t>(i)] = plan_point(plan.grid, placed.place * corners[static_cast<std::size_t>(i)]);
   if (!tree.uv_width.empty() && tree.uv_width[triangle] > 0) {
-    const double before = area_of(corner(mesh, triangle, 0), corner(mesh, triangle, 1), corner(mesh, triangle, 2));
+    const double before = area_of(corners[0], corners[1], corners[2]);
     const double after = area_of(face.p[0], face.p[1], face.p[2]) * plan.grid.h * plan.grid.h;
     face.uv_width = after > 0 ? tree.uv_width[triangle] * static_cast<float>(std::sqrt(before / after)) : 0;
   }

@@ -25,6 +25,7 @@ struct ShapeNode {
 struct ShapeTree {
   std::vector<ShapeNode> nodes;        // [0]: all of it; empty: no triangles
   std::vector<std::uint32_t> order;    // triangles, a node's one after the other
+  std::vector<std::array<V3d, 3>> corners;  // theirs, in that order: what is walked lies together
   std::vector<std::int8_t> turn, winding;  // per triangle, as Plan's
   std::vector<float> uv_width;         // per triangle: width in uv of a length in the shape's space; empty where nothing is textured
 };
@@ -57,9 +58,17 @@ struct Face {
 void plan_instances(const Scene& scene, const Recipe& recipe, Plan& plan, Report& report);
 
 [[nodiscard]] Face mesh_face(const Scene& scene, const Plan& plan, std::uint32_t triangle);
+// `corners`: the triangle's in the shape's space.
+[[nodiscard]] Face placed_face(const Scene& scene, const Plan& plan, const Placed& placed, std::uint32_t triangle, const std::array<V3d, 3>& corners);
 [[nodiscard]] Face placed_face(const Scene& scene, const Plan& plan, const Placed& placed, std::uint32_t triangle);
 // The instance that has the triangle of this number, which becomes that in its shape.
 [[nodiscard]] const Placed& find_placed(const Plan& plan, std::uint64_t number, std::uint32_t* triangle);
+
+// One coordinate of a point of the shape in voxel space, to rounding.
+[[nodiscard]] inline double placed_coordinate(const Placed& placed, const V3d& p, int axis) {
+  const std::size_t k = static_cast<std::size_t>(axis) * 3;
+  return placed.turn[k] * p.x + placed.turn[k + 1] * p.y + placed.turn[k + 2] * p.z + placed.move[axis];
+}
 
 // A box of a tree where an instance has it: what holds it in voxel space, a little larger than rounding needs.
 [[nodiscard]] Box3d placed_box(const Placed& placed, const Box3d& box);
@@ -76,7 +85,7 @@ struct PlacedLayers {
 };
 [[nodiscard]] PlacedLayers layer_placed(const Plan& plan, int axis, int thick, int layers);
 
-// Goes down a tree: where descend(node) says so, and calls leaf(triangle) for the triangles of the leaves it comes to.
+// Goes down a tree: where descend(node) says so, and calls leaf(triangle, its corners) for the triangles of the leaves it comes to.
 template <class Descend, class Leaf>
 void walk_shape(const ShapeTree& tree, Descend&& descend, Leaf&& leaf) {
   if (tree.nodes.empty()) return;
@@ -88,7 +97,7 @@ void walk_shape(const ShapeTree& tree, Descend&& descend, Leaf&& leaf) {
     const ShapeNode& node = tree.nodes[at];
     if (!descend(node)) continue;
     if (node.second == 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) leaf(tree.order[i]);
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) leaf(tree.order[i], tree.corners[i]);
       continue;
     }
     waiting[count++] = node.second;

@@ -11,7 +11,7 @@ namespace texel {
 // What a voxel gets of a node that lies wholly in it needs no clipping: areas, moments and colours turn and grow with the instance. Only
 // shadows need each normal by itself, Σ|A·n|; of nodes with more than kMostVectors triangles, normals of about one direction (δ = 0.04 apart at
 // most) are added up first. What faces the shadow's edge is then short by δ/12 on average, all of an even spread of normals by δ²/12: 1.3e-4.
-inline constexpr std::uint32_t kLeastGathered = 32;     // triangles: below, clipping is as quick
+inline constexpr std::uint32_t kLeastGathered = 6;      // triangles: below, clipping is as quick and a sum takes more room
 inline constexpr std::uint32_t kMostVectors = 8192;
 
 struct ShapeSums {
@@ -37,7 +37,7 @@ struct ShapeSums {
 };
 
 // Of every shape. Nodes with a solid texture, or with holes in closed surface, are not gathered. `color`: albedo is wanted.
-// Memory: 32 bytes a triangle of the shapes and some 10 for the nodes. Cost: O(t log t).
+// Memory: some 150 bytes a triangle of the shapes. Cost: O(t log t).
 [[nodiscard]] std::vector<ShapeSums> sum_shapes(const Scene& scene, const Plan& plan, const TextureSet& textures, bool color);
 
 // A group where an instance that keeps shapes has it, in a voxel: adds to the sums of the voxel `cell`, and its covered area and colour to

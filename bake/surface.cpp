@@ -248,7 +248,7 @@ struct Clipper {
       }
       if (cell.x >= 0 && cell.y >= 0 && cell.x < plan.grid.n.x && cell.y < plan.grid.n.y && cell.z >= z0 && cell.z < z1) add_gathered(layer, placed, sums, own, cell);
       return false;
-    }, [&](std::uint32_t t) { clip_face(layer, placed_face(scene, plan, placed, t), z0, z1); });
+    }, [&](std::uint32_t t, const std::array<V3d, 3>& corners) { clip_face(layer, placed_face(scene, plan, placed, t, corners), z0, z1); });
   }
 
   void clip_face(Layer8& layer, const Face& face, int z0, int z1) const {

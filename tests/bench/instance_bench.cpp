@@ -1,5 +1,5 @@
 // Instances: time and memory of a bake by how many bushes stand in it, and how far it is from the same triangles copied.
-//   bin/instance_bench [most instances, 100000] [leaves a bush, 12500] [resolution, 256]
+//   bin/instance_bench [most instances, 100000] [leaves a bush, 12500] [resolution, 256] [least instances, 1]
 #include <sys/resource.h>
 
 #include <cmath>
@@ -64,11 +64,11 @@ double rms_alpha(const Pack& a, const Pack& b) {
   return std::sqrt(sum / static_cast<double>(x->values.size()));
 }
 
-int run(int most, int leaves, int resolution) {
+int run(int most, int leaves, int resolution, int least) {
   const Mesh shape = bush(leaves);
   std::printf("%zu triangles a bush, %d voxels a side, all grids and levels, no slices\n", shape.triangles.size(), resolution);
   std::printf("| instances | triangles | border voxels | wall s | CPU s | surface CPU s | crossings CPU s | peak MB | copied: CPU s | rms alpha |\n|---|---|---|---|---|---|---|---|---|---|\n");
-  for (int count = 1; count <= most; count *= 10) {
+  for (int count = least; count <= most; count *= 10) {
     const Scene scene = meadow(shape, count);
     const Run placed = timed(scene, resolution);
     rusage use{};
@@ -92,5 +92,5 @@ int run(int most, int leaves, int resolution) {
 
 int main(int argc, char** argv) {
   const auto number = [&](int i, int usual) { return argc > i ? std::atoi(argv[i]) : usual; };
-  return texel::test::run(number(1, 100000), number(2, 12500), number(3, 256));
+  return texel::test::run(number(1, 100000), number(2, 12500), number(3, 256), number(4, 1));
 }
