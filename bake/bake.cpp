@@ -11,6 +11,7 @@
 
 #include "bake/block_index.h"
 #include "bake/color.h"
+#include "bake/fibre_tubes.h"
 #include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
 #include "bake/levels.h"
@@ -39,8 +40,7 @@ void check_recipe(const Recipe& recipe) {
 }
 
 MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
-  std::vector<bool> used(scene.materials.size(), false);
-  for (const std::uint32_t m : scene.mesh.materials) used[m] = true;
+  const std::vector<bool> used = used_materials(scene);
   MaterialKinds kinds;
   for (std::uint32_t m = 0; m < scene.materials.size(); ++m) {
     if (!used[m]) continue;
@@ -56,11 +56,14 @@ MaterialKinds find_kinds(const Scene& scene, const TextureSet& textures) {
 
 // The diffuse colour of all the surface there is, where it is the same.
 std::optional<V3f> one_color(const Scene& scene, const TextureSet& textures) {
-  if (!scene.mesh.colors.empty()) return {};
+  if (!scene.mesh.colors.empty() || !scene.fibres.colors.empty()) return {};
+  for (const Mesh& shape : scene.shapes)
+    if (!shape.colors.empty()) return {};
+  const std::vector<bool> used = used_materials(scene);
   const Material* first = nullptr;
-  for (const std::uint32_t m : scene.mesh.materials) {
+  for (std::uint32_t m = 0; m < used.size(); ++m) {
+    if (!used[m]) continue;
     const Material& material = scene.materials[m];
-    if (first == &material) continue;
     if (textures.textured(m) || material.solid || (first && first->kd != material.kd)) return {};
     first = &material;
   }
@@ -93,6 +96,17 @@ int slice_count(const Recipe& recipe, const Grid& grid, double width, int axis) 
   return slices_for_angle(grid.n[axis] * grid.h, recipe.see_in * width, recipe.max_angle);
 }
 
+// Colour of a fibre where a sub-ray meets it, lit where lights are given. It is round, and a stack is seen from both sides: light counts as the mean over its
+// wall, (sin θ)/π of what a facing surface gets, θ between fibre and light.
+V3f fibre_color(const Scene& scene, const Plan& plan, std::span<const Light> lights, const RayScene* rays, const FibreSegment& fibre, double s, V3f color) {
+  const std::vector<V3f>& colors = scene.fibres.colors;
+  if (!colors.empty()) color *= colors[fibre.point] * static_cast<float>(1 - s) + colors[fibre.point + 1] * static_cast<float>(s);
+  if (lights.empty()) return color;
+  const V3d t = (fibre.b - fibre.a).normalized(), axis = plan.grid.to_world(fibre.a + (fibre.b - fibre.a) * s);
+  const double radius = (fibre.ra + (fibre.rb - fibre.ra) * s) * plan.grid.h;
+  return color * fibre_irradiance(lights, rays, axis, t, radius);
+}
+
 // Lives as long as the tracing: colours of slices, lit where lights are given.
 SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& textures, const Surface& surface, const Recipe& recipe, const RayScene* rays) {
   const auto width = static_cast<float>(plan.grid.h / recipe.samples);
@@ -119,23 +133,30 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
     if (surface.areas[i].covered > 0) *color = surface.mean_color(i);
   };
   SliceShader shader;
-  shader.crossing = [blocks, solid_color, &scene, &plan, &textures, &recipe, width, light](const Bundle& bundle, const Crossing& c, double u, double v) {
-    const std::uint32_t material = scene.mesh.materials[c.triangle];
+  shader.crossing = [blocks, solid_color, &scene, &plan, &textures, &recipe, width, light, rays](const Bundle& bundle, const Crossing& c, double u, double v) {
+    if (const FibreSegment* fibre = crossed_fibre(bundle, c)) {
+      V3f color = scene.materials[fibre->material].kd;
+      if (blocks && scene.materials[fibre->material].solid) solid_color(bundle, c, u, v, &color);
+      return fibre_color(scene, plan, recipe.lights, rays, *fibre, fibre_place(bundle, *fibre, u, v), color);
+    }
+    if (recipe.lights.empty() && c.page == 0 && scene.mesh.colors.empty() && !textures.textured(scene.mesh.materials[c.triangle]) && !scene.materials[scene.mesh.materials[c.triangle]].solid)
+      return scene.materials[scene.mesh.materials[c.triangle]].kd;  // most surface: nothing to look up
+    const Face face = crossed_face(bundle, c);
+    const std::uint32_t material = face.material;
     V3f color = scene.materials[material].kd;
+    const auto& [p0, p1, p2] = face.p;
     if (blocks && scene.materials[material].solid) solid_color(bundle, c, u, v, &color);
-    else if (textures.textured(material) || !scene.mesh.colors.empty()) {
-      const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
-      color = footprint_sample(textures, scene.mesh, c.triangle, b.b1, b.b2, plan.uv_width.empty() ? 0 : plan.uv_width[c.triangle] * width).color;
+    else if (textures.textured(material) || !face.mesh->colors.empty()) {
+      const Barycentrics b = face_barycentrics(bundle.axes, p0, p1, p2, u, v);
+      color = footprint_sample(textures, *face.mesh, face.triangle, b.b1, b.b2, face.uv_width * width).color;
     }
     if (recipe.lights.empty()) return color;
     // On the triangle's own plane: the crossing's depth belongs to the fixed-point outline, and where the surface is steep along the
     // ray that is far enough off to lie in its own shadow.
-    const auto& t = scene.mesh.triangles[c.triangle];
-    const V3d &p0 = plan.points[t[0]], &p1 = plan.points[t[1]], &p2 = plan.points[t[2]];
-    const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
+    const Barycentrics b = face_barycentrics(bundle.axes, p0, p1, p2, u, v);
     const V3d point = p0 + (p1 - p0) * b.b1 + (p2 - p0) * b.b2;
-    const V3d normal = triangle_normal(p0, p1, p2) * static_cast<double>(plan.turn[c.triangle]);
-    return light(color, point, normal, plan.two_sided[material]);
+    const V3d normal = triangle_normal(p0, p1, p2) * static_cast<double>(face.turn);
+    return light(color, point, normal, plan.is_two_sided(face.winding, material));
   };
   shader.voxel = [&surface, light](const V3i& voxel, std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
@@ -243,8 +264,9 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   std::unique_ptr<tbb::global_control> limit;
   if (recipe.threads > 0) limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(recipe.threads));
 
+  // What repeats is cut at the box and closed there, which takes triangles of its own.
   std::optional<Scene> flat;
-  if (!unplaced_scene.instances.empty()) flat = flatten_instances(unplaced_scene);
+  if (!unplaced_scene.instances.empty() && recipe.cyclic != std::array<bool, 3>{}) flat = flatten_instances(unplaced_scene);
   const Scene& given_scene = flat ? *flat : unplaced_scene;
 
   // Patterns are given their period, then height fields and implicit surfaces become triangles, unless the caller has seen to it.
@@ -252,6 +274,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   if (recipe.cyclic != std::array<bool, 3>{} && has_patterns(given_scene)) made = repeat_patterns(given_scene, plan_grid(given_scene, recipe), recipe, report);
   if (!given_scene.heights.empty() || (!given_scene.implicits.empty() && given_scene.mesh.made == 0))
     made = polygonize(mesh_heights(made ? *std::move(made) : given_scene, recipe, report), recipe, report);
+  if (given_scene.fibres.strands() > 0) made = mesh_thick_fibres(made ? *std::move(made) : given_scene, recipe, report);
   const Scene& source = made ? *made : given_scene;
 
   const Want& want = recipe.want;
@@ -267,7 +290,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   }
   MaterialKinds kinds = find_kinds(source, *textures);
   // Of a density all three axes share samples³ points a voxel, and noise finer than two voxels is not in it.
-  if (recipe.samples == 0) recipe.samples = source.hypertexture ? 2 : kinds.cutouts ? 6 : 4;
+  if (recipe.samples == 0) recipe.samples = source.hypertexture ? 2 : kinds.cutouts || source.fibres.strands() > 0 ? 6 : 4;
   report.count("samples", recipe.samples);
 
   // 1. The grid, the components and what takes part in the fill.
@@ -285,8 +308,15 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     plan = make_plan(source, recipe, cutouts, report);
     bool textured = false;
     for (std::uint32_t m = 0; m < source.materials.size(); ++m) textured = textured || textures->textured(m);
-    if (cyclic) repeated = repeat_scene(source, recipe.cyclic, plan, report);
+    if (cyclic) {
+      repeated = repeat_scene(source, recipe.cyclic, plan, report);
+      if (!plan.fibres.empty()) {
+        repeated->fibres = repeat_fibres(source.fibres, plan.grid, recipe.cyclic);
+        plan.fibres = fibre_segments(*repeated, plan.grid);
+      }
+    }
     if (textured) plan.uv_width = uv_widths(*textures, repeated ? repeated->mesh : source.mesh);
+    for (std::size_t i = 0; textured && i < plan.shapes.size(); ++i) plan.shapes[i].uv_width = uv_widths(*textures, source.shapes[i]);
   }
   const Scene& scene = repeated ? *repeated : source;
   pack.grid = plan.grid;

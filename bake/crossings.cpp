@@ -82,8 +82,20 @@ struct Rasteriser {
     bool whole;
   };
 
+  // What is drawn: where its corners are, and all else only once it is known to be met.
+  struct Source {
+    std::uint32_t number;           // Crossing::triangle
+    std::uint16_t page;
+    const V3d *p0, *p1, *p2;        // voxel space
+    const Mesh* mesh;
+    std::uint32_t triangle;         // of *mesh
+    const Face* face;               // of an instance; null: of the scene's mesh
+  };
+
   void triangle(std::uint32_t t) {
     const auto& tri = bundle.scene->mesh.triangles[t];
+    const V3d* points = bundle.plan->points.data();
+    const Source source{t, 0, points + tri[0], points + tri[1], points + tri[2], &bundle.scene->mesh, t, nullptr};
     Corners c{};
     c.whole = true;
     bool narrow = true;
@@ -93,18 +105,46 @@ struct Rasteriser {
       c.w[i] = bundle.plan->points[tri[i]][bundle.axes.w];
       narrow = narrow && std::abs(c.x[i]) < kNarrow && std::abs(c.y[i]) < kNarrow;
     }
-    if (narrow) fill(t, c);
-    else far_triangle(t);
+    if (narrow) fill(source, c);
+    else far_triangle(source);
+  }
+
+  void placed_triangle(const Face& face, std::uint64_t number) {
+    const Source source{static_cast<std::uint32_t>(number), static_cast<std::uint16_t>((number >> 32) + 1), &face.p[0], &face.p[1], &face.p[2], face.mesh, face.triangle, &face};
+    Corners c{};
+    c.whole = true;
+    bool narrow = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+      c.x[i] = to_fixed(std::clamp(face.p[i][bundle.axes.u], -kFar, kFar));
+      c.y[i] = to_fixed(std::clamp(face.p[i][bundle.axes.v], -kFar, kFar));
+      c.w[i] = face.p[i][bundle.axes.w];
+      narrow = narrow && std::abs(c.x[i]) < kNarrow && std::abs(c.y[i]) < kNarrow;
+    }
+    if (narrow) fill(source, c);
+    else far_triangle(source);
+  }
+
+  // Whether a ray of this band passes through the box (voxel space).
+  [[nodiscard]] bool meets_ray(const Box3d& box) const {
+    const double u0 = std::max(box.min[bundle.axes.u], 0.0), u1 = std::min<double>(box.max[bundle.axes.u], bundle.nu);
+    const double v0 = std::max<double>(box.min[bundle.axes.v], band.v0), v1 = std::min<double>(box.max[bundle.axes.v], band.v1);
+    if (u0 > u1 || v0 > v1) return false;
+    // Rows lie at (i + 1/2)/rows; in a row of the plain grid rays do likewise, while one of the lattice may lie anywhere.
+    const RayPattern& pattern = bundle.pattern;
+    if (std::ceil(v0 * pattern.rows - 0.5) > v1 * pattern.rows - 0.5) return false;
+    return pattern.per_row == 1 || std::ceil(u0 * pattern.per_row - 0.5) <= u1 * pattern.per_row - 0.5;
+  }
+
+  void placed(const Placed& instance) {
+    const Plan& plan = *bundle.plan;
+    walk_shape(plan.shapes[instance.shape], [&](const ShapeNode& node) { return meets_ray(placed_box(instance, node.box)); },
+               [&](std::uint32_t t) { placed_triangle(placed_face(*bundle.scene, plan, instance, t), instance.first + t); });
   }
 
   // Cut to the neighbourhood of the grid. split() cuts a shared edge at the same point for both its triangles, so nothing opens.
-  void far_triangle(std::uint32_t t) {
-    const auto& tri = bundle.scene->mesh.triangles[t];
+  void far_triangle(const Source& source) {
     Polygon p, below, above;
-    for (const std::uint32_t v : tri) {
-      const V3d& q = bundle.plan->points[v];
-      p.add(V3d(q[bundle.axes.u], q[bundle.axes.v], q[bundle.axes.w]));
-    }
+    for (const V3d* q : {source.p0, source.p1, source.p2}) p.add(V3d((*q)[bundle.axes.u], (*q)[bundle.axes.v], (*q)[bundle.axes.w]));
     for (int axis = 0; axis < 2; ++axis) {
       split(p, axis, -kNear, below, above);
       if (above.n < 3) return;
@@ -119,11 +159,11 @@ struct Rasteriser {
         c.y[k] = to_fixed(corner[k].y);
         c.w[k] = corner[k].z;
       }
-      fill(t, c);
+      fill(source, c);
     }
   }
 
-  void fill(std::uint32_t t, const Corners& c) {
+  void fill(const Source& source, const Corners& c) {
     const std::int64_t(&x)[3] = c.x;
     const std::int64_t(&y)[3] = c.y;
     const std::int64_t from_v = std::max(std::min({y[0], y[1], y[2]}), std::int64_t{band.v0} << kFixedBits);
@@ -150,7 +190,7 @@ struct Rasteriser {
       Line& line = e.dy < 0 ? left[lefts++] : right[rights++];
       line = {static_cast<double>(e.x), static_cast<double>(e.y), static_cast<double>(e.dx) / static_cast<double>(e.dy)};
     }
-    const Shade shade = make_shade(t, c, area > 0, static_cast<double>(std::abs(area)), order);
+    const Shade shade = make_shade(source, c, area > 0, static_cast<double>(std::abs(area)), order);
     const RayPattern& pattern = bundle.pattern;
     const double end = static_cast<double>(std::int64_t{bundle.nu} << kFixedBits);
     std::int64_t voxel_row = row0 / pattern.rows;
@@ -187,7 +227,7 @@ struct Rasteriser {
 
   // What a triangle's crossings share.
   struct Shade {
-    std::uint32_t triangle;
+    const Source* source;
     double inverse_area;
     double w0, d1, d2, low, high;   // depth = w0 + b1·d1 + b2·d2 for the ordered corners, held within [low, high]
     bool whole;                     // else b1, b2 are those of a piece
@@ -198,10 +238,11 @@ struct Rasteriser {
     std::uint32_t material;
   };
 
-  Shade make_shade(std::uint32_t t, const Corners& c, bool ccw, double area, const int* order) const {
+  Shade make_shade(const Source& source, const Corners& c, bool ccw, double area, const int* order) const {
+    const std::uint32_t t = source.triangle;
     const double w[3] = {c.w[order[0]], c.w[order[1]], c.w[order[2]]};
     Shade s;
-    s.triangle = t;
+    s.source = &source;
     s.whole = c.whole;
     s.inverse_area = 1 / area;
     s.w0 = w[0];
@@ -212,10 +253,10 @@ struct Rasteriser {
     s.swapped = !ccw;
     // (u, v, w) is right-handed for z and x, left-handed for y.
     const bool right_handed = bundle.axis != 1;
-    s.up = (ccw == right_handed) == (bundle.plan->turn[t] > 0);
+    s.up = (ccw == right_handed) == ((source.face ? source.face->turn : bundle.plan->turn[t]) > 0);
     s.enters = s.up ? -1 : 1;
-    s.winding = bundle.plan->winding[t] ? s.enters : std::int8_t{0};
-    s.material = bundle.scene->mesh.materials[t];
+    s.winding = (source.face ? source.face->winding : bundle.plan->winding[t]) ? s.enters : std::int8_t{0};
+    s.material = source.mesh->materials[t];
     s.cut_out = bundle.textures->has_cutouts(s.material);
     return s;
   }
@@ -227,7 +268,8 @@ struct Rasteriser {
     c.w = std::clamp(s.w0 + b1 * s.d1 + b2 * s.d2, s.low, s.high);
     const double wall = std::floor(std::clamp(c.w, -2.0, bundle.nw + 2.0));
     c.cell = static_cast<std::int32_t>(wall) - (s.up == (s.winding != 0) && c.w == wall ? 1 : 0);
-    c.triangle = s.triangle;
+    c.triangle = s.source->number;
+    c.page = s.source->page;
     c.enters = s.enters;
     c.winding = s.winding;
     c.coverage = 1;
@@ -235,11 +277,11 @@ struct Rasteriser {
       // A point of the mask: filtered coverage would let two sheets on top of each other hide more than one (1 − (1−c)² > c); the
       // exact covered areas take out the noise (opacity.h).
       if (!s.whole) {
-        const Barycentrics b = crossing_barycentrics(bundle, s.triangle, static_cast<double>(at.u) / static_cast<double>(kOne), static_cast<double>(at.v) / static_cast<double>(kOne));
+        const Barycentrics b = face_barycentrics(bundle.axes, *s.source->p0, *s.source->p1, *s.source->p2, static_cast<double>(at.u) / static_cast<double>(kOne), static_cast<double>(at.v) / static_cast<double>(kOne));
         b1 = s.swapped ? b.b2 : b.b1;
         b2 = s.swapped ? b.b1 : b.b2;
       }
-      const V2f uv = s.swapped ? uv_at(bundle.scene->mesh, s.triangle, b2, b1) : uv_at(bundle.scene->mesh, s.triangle, b1, b2);
+      const V2f uv = s.swapped ? uv_at(*s.source->mesh, s.source->triangle, b2, b1) : uv_at(*s.source->mesh, s.source->triangle, b1, b2);
       c.coverage = bundle.textures->coverage(s.material, uv, 0);
       if (c.coverage <= 0 && c.winding == 0) return;
     }
@@ -271,6 +313,7 @@ Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textu
   b.textures = &textures;
   b.pattern = make_pattern(recipe.pattern, recipe.samples);
   b.axis = axis;
+  b.triangles = static_cast<std::uint32_t>(scene.mesh.triangles.size());
   b.axes = bundle_axes(axis);
   b.nu = plan.grid.n[b.axes.u];
   b.nv = plan.grid.n[b.axes.v];
@@ -306,6 +349,8 @@ Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textu
   for (std::uint32_t t = 0; t < scene.mesh.triangles.size(); ++t)
     if (range(scene.mesh.triangles[t], b0, b1))
       for (std::int64_t i = b0; i <= b1; ++i) b.bins[at[static_cast<std::size_t>(i)]++] = t;
+  if (!plan.fibres.empty()) bin_fibres(b);
+  b.placed = layer_placed(plan, b.axes.v, b.band_rows, b.bands);
   return b;
 }
 
@@ -323,6 +368,8 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
     }
   };
   visit_triangles(bundle.bins.data(), bundle.first[b], bundle.first[b + 1], triangles.data(), touch, [&](std::uint32_t t) { rasteriser.triangle(t); });
+  if (!bundle.fibre_first.empty()) trace_fibres(bundle, band, out, scratch);
+  for (const std::uint32_t i : bundle.placed.of(band)) rasteriser.placed(bundle.plan->placed[i]);
 
   // Counting sort by ray keeps triangle order; then each short list by depth.
   const std::size_t rays = static_cast<std::size_t>(out.v1 - out.v0) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.pattern.rays());
@@ -335,7 +382,7 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
   out.first.pop_back();
 
   // In a wall what belongs to the voxel before it comes first: where two solids touch, the ray leaves one and then enters the other.
-  const auto before = [](const Crossing& a, const Crossing& b2) { return a.w != b2.w ? a.w < b2.w : a.cell != b2.cell ? a.cell < b2.cell : a.triangle < b2.triangle; };
+  const auto before = [](const Crossing& a, const Crossing& b2) { return a.w != b2.w ? a.w < b2.w : a.cell != b2.cell ? a.cell < b2.cell : a.page != b2.page ? a.page < b2.page : a.triangle < b2.triangle; };
   for (std::size_t r = 0; r < rays; ++r) {
     const auto lo = out.crossings.begin() + out.first[r], hi = out.crossings.begin() + out.first[r + 1];
     if (hi - lo > 16) {
@@ -347,15 +394,28 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
   }
 }
 
-Barycentrics crossing_barycentrics(const Bundle& bundle, std::uint32_t triangle, double u, double v) {
-  const auto& tri = bundle.scene->mesh.triangles[triangle];
-  const auto x = [&](int i) { return bundle.plan->points[tri[static_cast<std::size_t>(i)]][bundle.axes.u]; };
-  const auto y = [&](int i) { return bundle.plan->points[tri[static_cast<std::size_t>(i)]][bundle.axes.v]; };
-  const double area = (x(1) - x(0)) * (y(2) - y(0)) - (x(2) - x(0)) * (y(1) - y(0));
+Face crossed_face(const Bundle& bundle, const Crossing& c) {
+  if (c.page == 0) return mesh_face(*bundle.scene, *bundle.plan, c.triangle);
+  std::uint32_t triangle = 0;
+  const Placed& placed = find_placed(*bundle.plan, c.placed_number(), &triangle);
+  return placed_face(*bundle.scene, *bundle.plan, placed, triangle);
+}
+
+std::uint32_t crossed_material(const Bundle& bundle, const Crossing& c) {
+  if (const FibreSegment* fibre = crossed_fibre(bundle, c)) return fibre->material;
+  if (c.page == 0) return bundle.scene->mesh.materials[c.triangle];
+  std::uint32_t triangle = 0;
+  const Placed& placed = find_placed(*bundle.plan, c.placed_number(), &triangle);
+  return bundle.scene->shapes[placed.shape].materials[triangle];
+}
+
+Barycentrics face_barycentrics(const BundleAxes& axes, const V3d& p0, const V3d& p1, const V3d& p2, double u, double v) {
+  const double x0 = p0[axes.u], y0 = p0[axes.v], x1 = p1[axes.u] - x0, y1 = p1[axes.v] - y0, x2 = p2[axes.u] - x0, y2 = p2[axes.v] - y0;
+  const double area = x1 * y2 - x2 * y1;
   if (area == 0) return {1.0 / 3, 1.0 / 3};
   // Held within the triangle: the fixed-point outline may be 2⁻¹⁷ voxel wider than the plane's own.
-  const double b1 = std::clamp(((u - x(0)) * (y(2) - y(0)) - (x(2) - x(0)) * (v - y(0))) / area, 0.0, 1.0);
-  const double b2 = std::clamp(((x(1) - x(0)) * (v - y(0)) - (u - x(0)) * (y(1) - y(0))) / area, 0.0, 1.0 - b1);
+  const double b1 = std::clamp(((u - x0) * y2 - x2 * (v - y0)) / area, 0.0, 1.0);
+  const double b2 = std::clamp((x1 * (v - y0) - (u - x0) * y1) / area, 0.0, 1.0 - b1);
   return {b1, b2};
 }
 

@@ -30,10 +30,13 @@ struct BundleAxes { int u, v, w; };
 struct Crossing {
   double w;                     // depth, voxel space
   std::int32_t cell;            // voxel along w; surface in a wall: see docs/architecture.md; may lie outside [0, n)
-  std::uint32_t triangle;
+  std::uint32_t triangle;       // page 0: of the mesh; from the mesh's triangles on: Plan::fibres[triangle − triangles]
   float coverage;               // of the sub-ray's footprint, after cut-outs
   std::int8_t enters;           // +1 the ray enters through the turned front, −1 it leaves through it
   std::int8_t winding;          // enters where the triangle takes part in the fill, else 0
+  std::uint16_t page = 0;       // above 0: triangle number (page − 1)·2³² + triangle of all instances together (Placed::first)
+
+  [[nodiscard]] std::uint64_t placed_number() const { return (std::uint64_t{page} - 1) << 32 | triangle; }
 };
 
 // Everything the bands of one axis share.
@@ -43,6 +46,7 @@ struct Bundle {
   const TextureSet* textures = nullptr;
   RayPattern pattern;
   int axis = 2;
+  std::uint32_t triangles = kNoIndex;      // of the scene: crossings from this number on are fibres
   BundleAxes axes{0, 1, 2};
   int nu = 0, nv = 0, nw = 0;
   int band_rows = 8;                       // voxel rows a band covers
@@ -50,14 +54,24 @@ struct Bundle {
   std::vector<std::int64_t> points;        // fixed point (u, v) of each point
   std::vector<std::size_t> first;          // triangles by band: bins[first[b] … first[b+1]), ascending
   std::vector<std::uint32_t> bins;
+  std::vector<std::size_t> fibre_first;    // the same of Plan::fibres; empty where there are none
+  std::vector<std::uint32_t> fibre_bins;
+  PlacedLayers placed;                     // instances by band
 };
+
+// Of what a crossing is: the piece of a fibre, null where it is a triangle; else the triangle; the material of either.
+[[nodiscard]] inline const FibreSegment* crossed_fibre(const Bundle& bundle, const Crossing& c) {
+  return c.page > 0 || c.triangle < bundle.triangles ? nullptr : &bundle.plan->fibres[c.triangle - bundle.triangles];
+}
+[[nodiscard]] Face crossed_face(const Bundle& bundle, const Crossing& c);
+[[nodiscard]] std::uint32_t crossed_material(const Bundle& bundle, const Crossing& c);
 
 // `plan`, `scene` and `textures` are kept by reference. Cost: one pass over points and triangles.
 [[nodiscard]] Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textures, const Recipe& recipe, int axis);
 
 // The crossings of all rays of one band. Ray ids: ((voxel row in band · rows + row) · nu + column) · per_row + ray in row.
 // Exactly one crossing where a ray meets the shared edge or corner of a closed surface, by the fill rule (top-left), so that
-// winding numbers close on every ray. Sorted by depth, then cell, then triangle, within a ray.
+// winding numbers close on every ray. Sorted by depth, then cell, then page and triangle, within a ray.
 struct Band {
   int v0 = 0, v1 = 0;                      // voxel rows [v0, v1)
   std::vector<std::uint32_t> first;        // per ray and one more, into crossings
@@ -71,8 +85,16 @@ struct BandScratch {
 };
 void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch);
 
-// Barycentrics of corners 1 and 2 where a crossing's ray meets the plane of its triangle (u, v in voxel space).
+// Where on a piece (0…1) a ray at (u, v) meets it. Voxel space.
+[[nodiscard]] double fibre_place(const Bundle& bundle, const FibreSegment& fibre, double u, double v);
+
+// The part of both that fibres take (fibre_rays.cpp). A ray meets a piece once, at its axis' depth, and only in the voxels that the axis passes, where
+// clip_surface counts it; open surface.
+void bin_fibres(Bundle& bundle);
+void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& scratch);
+
+// Barycentrics of corners 1 and 2 where a ray meets the plane of a triangle (u, v in voxel space).
 struct Barycentrics { double b1, b2; };
-[[nodiscard]] Barycentrics crossing_barycentrics(const Bundle& bundle, std::uint32_t triangle, double u, double v);
+[[nodiscard]] Barycentrics face_barycentrics(const BundleAxes& axes, const V3d& p0, const V3d& p1, const V3d& p2, double u, double v);
 
 }  // namespace texel

@@ -392,7 +392,7 @@ void add_field(const HeightField& field, const Grid& grid, const std::array<bool
       const Triangle& corners = mesh.triangles[first_triangle + i];
       mesh.uv_corners[first_triangle + i] = {corners[0] + shift, corners[1] + shift, corners[2] + shift};
     });
-    if (cyclic[0] && cyclic[1]) scene.materials[field.material].map_kd.clamp = false;
+    if (cyclic[0] && cyclic[1]) scene.materials[field.material].map_kd.wrap.fill(Wrap::kRepeat);
   }
   report.count("triangles of height fields", static_cast<double>(layout.faces));
 }

@@ -11,13 +11,16 @@
 #include <optional>
 #include <vector>
 
+#include "bake/fibre.h"
 #include "formats/error.h"
+#include "formats/instances.h"
 
 namespace texel {
 
 namespace {
 
 constexpr double kSkin = 2e-6;         // of the scene's size: some float steps at unit scale
+constexpr unsigned kTriangles = 0, kFibres = 1, kInstances = 2;  // Embree's geometries; from kInstances on one an instance
 constexpr float kThere = 1.0f / 512;   // coverage below it is none
 
 // Embree wants denormals flushed; our own double code does not. So the mode lasts as long as one ray.
@@ -49,6 +52,21 @@ template <class T, class D> using Handle = std::unique_ptr<std::remove_pointer_t
 
 }  // namespace
 
+// Surface met by a ray. Numbers: triangles of the mesh, then pieces of fibres; of an instance those of its shape.
+struct Met {
+  std::uint32_t instance = kNoIndex, number = kNoIndex;
+  [[nodiscard]] bool operator<(const Met& o) const { return instance != o.instance ? instance + 1 < o.instance + 1 : number < o.number; }  // the mesh first
+};
+
+// A shape as Embree sees it: centred and scaled by itself, so that floats hold it as well as the scene.
+struct ShapeRays {
+  V3d centre{0, 0, 0};
+  double scale = 1;
+  std::vector<std::uint32_t> materials;
+  Mesh cut;                             // uv, only where something is cut out
+  std::vector<float> uv_scale;          // per triangle and length of the shape
+};
+
 struct RayScene::Impl {
   // World -> unit: (p − centre)·scale, in double.
   V3d centre{0, 0, 0};
@@ -57,7 +75,8 @@ struct RayScene::Impl {
   bool empty = true;
   bool filtered = false;                // some triangle lets light through
   Mesh cut;                             // uv of the scene, only where something is cut out
-  std::vector<std::uint32_t> materials; // per triangle
+  std::uint32_t triangles = 0;
+  std::vector<std::uint32_t> materials; // per triangle, then per piece of a fibre
   std::vector<float> uv_scale;          // uv_per_world, per triangle, where something is cut out
   std::vector<float> opacity;           // per material
   ScenePeriod period;
@@ -66,13 +85,27 @@ struct RayScene::Impl {
   const TextureSet* textures = nullptr;
   Handle<RTCDevice, DeviceRelease> device;
   Handle<RTCScene, SceneRelease> scene;
+  std::vector<Handle<RTCScene, SceneRelease>> shape_scenes;
+  std::vector<ShapeRays> shapes;
+  struct Stand { std::uint32_t shape; float scale; };  // what its lengths grow by
+  std::vector<Stand> instances;
 
   [[nodiscard]] V3d to_unit(const V3d& p) const { return (p - centre) * scale; }
-  [[nodiscard]] std::uint32_t material(std::uint32_t triangle) const { return triangle < materials.size() ? materials[triangle] : 0; }
-  [[nodiscard]] float coverage(std::uint32_t triangle, float u, float v, float width_world) const {
-    const std::uint32_t m = material(triangle);
-    if (!textures->has_cutouts(m)) return 1;
-    return textures->coverage(m, uv_at(cut, triangle, static_cast<double>(u), static_cast<double>(v)), width_world * uv_scale[triangle]);
+  [[nodiscard]] Met met(const RTCHit& hit) const {
+    if (hit.instID[0] != RTC_INVALID_GEOMETRY_ID) return {hit.instID[0] - kInstances, hit.primID};
+    return {kNoIndex, hit.geomID == kFibres ? triangles + hit.primID : hit.primID};
+  }
+  [[nodiscard]] std::uint32_t material(const Met& met) const {
+    const std::vector<std::uint32_t>& all = met.instance == kNoIndex ? materials : shapes[instances[met.instance].shape].materials;
+    return met.number < all.size() ? all[met.number] : 0;
+  }
+  [[nodiscard]] float coverage(const Met& met, float u, float v, float width_world) const {
+    const std::uint32_t m = material(met);
+    const bool placed = met.instance != kNoIndex;
+    if ((!placed && met.number >= triangles) || !textures->has_cutouts(m)) return 1;
+    const Mesh& mesh = placed ? shapes[instances[met.instance].shape].cut : cut;
+    const float per_world = placed ? shapes[instances[met.instance].shape].uv_scale[met.number] / instances[met.instance].scale : uv_scale[met.number];
+    return textures->coverage(m, uv_at(mesh, met.number, static_cast<double>(u), static_cast<double>(v)), width_world * per_world);
   }
 };
 
@@ -86,7 +119,7 @@ struct RayContext {
   float spread = 0;           // its growth per unit of the ray's distance, world
   float transmittance = 1;    // shadow rays
   float best_distance = std::numeric_limits<float>::infinity();
-  unsigned best = RTC_INVALID_GEOMETRY_ID;
+  Met best;
   bool best_front = false;
   bool see_holes = false;     // pass through what is cut out
 };
@@ -98,19 +131,20 @@ void filter_first(const RTCFilterFunctionNArguments* args) {
   const auto& ray = *reinterpret_cast<const RTCRay*>(args->ray);
   const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
   const bool front = is_front(ray, hit);
-  if (ray.tfar == context.best_distance && context.best != RTC_INVALID_GEOMETRY_ID) {
-    const bool better = front != context.best_front ? front : hit.primID < context.best;
+  const Met met = context.scene->met(hit);
+  if (ray.tfar == context.best_distance && context.best.number != kNoIndex) {
+    const bool better = front != context.best_front ? front : met < context.best;
     if (!better) {
       args->valid[0] = 0;
       return;
     }
   }
-  if (context.see_holes && context.scene->coverage(hit.primID, hit.u, hit.v, context.width + context.spread * ray.tfar) < kThere) {
+  if (context.see_holes && context.scene->coverage(met, hit.u, hit.v, context.width + context.spread * ray.tfar) < kThere) {
     args->valid[0] = 0;
     return;
   }
   context.best_distance = ray.tfar;
-  context.best = hit.primID;
+  context.best = met;
   context.best_front = front;
 }
 
@@ -118,7 +152,8 @@ void filter_shadow(const RTCFilterFunctionNArguments* args) {
   auto& context = *reinterpret_cast<RayContext*>(args->context);
   const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
   const RayScene::Impl& scene = *context.scene;
-  const float opacity = scene.opacity[scene.material(hit.primID)] * scene.coverage(hit.primID, hit.u, hit.v, context.width);
+  const Met met = scene.met(hit);
+  const float opacity = scene.opacity[scene.material(met)] * scene.coverage(met, hit.u, hit.v, context.width);
   context.transmittance *= 1 - opacity;
   if (context.transmittance > 1e-3f) args->valid[0] = 0;  // goes on
   else context.transmittance = 0;
@@ -163,17 +198,119 @@ bool clip_to_ball(const V3d& origin, const V3d& direction, double radius, double
   return *low < *high;
 }
 
+void put_point(const V3d& unit, float* to) {
+  for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(std::clamp(unit[k], -4.0, 4.0));  // unused points may lie anywhere
+}
+
+// All: false where there is no memory.
+bool attach_triangles(RTCDevice device, RTCScene scene, const Mesh& mesh, const V3d& centre, double scale) {
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.points.size()));
+  auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
+  if (points && corners) {
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) put_point((mesh.points[i] - centre) * scale, points + 3 * i);
+    for (const auto& t : mesh.triangles)
+      for (const std::uint32_t i : t) *corners++ = i;
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, kTriangles);
+  }
+  rtcReleaseGeometry(geometry);
+  return points && corners;
+}
+
+bool attach_fibres(RayScene::Impl& s, const Fibres& fibres) {
+  const RTCGeometry geometry = rtcNewGeometry(s.device.get(), RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
+  const std::size_t pieces = fibres.points.size() - fibres.strands();
+  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), fibres.points.size()));
+  auto* starts = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, sizeof(unsigned), pieces));
+  auto* flags = static_cast<unsigned char*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_FLAGS, 0, RTC_FORMAT_UCHAR, 1, pieces));
+  if (points && starts && flags) {
+    for (std::size_t i = 0; i < fibres.points.size(); ++i) {
+      put_point(s.to_unit(fibres.points[i]), points + 4 * i);
+      points[4 * i + 3] = static_cast<float>(fibres.radii[i] * s.scale);
+    }
+    for (std::size_t k = 0; k < fibres.strands(); ++k)
+      for (std::size_t i = fibres.first[k]; i + 1 < fibres.first[k + 1]; ++i) {
+        *starts++ = static_cast<unsigned>(i);
+        *flags++ = static_cast<unsigned char>((i > fibres.first[k] ? RTC_CURVE_FLAG_NEIGHBOR_LEFT : 0) | (i + 2 < fibres.first[k + 1] ? RTC_CURVE_FLAG_NEIGHBOR_RIGHT : 0));
+      }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(s.scene.get(), geometry, kFibres);
+  }
+  rtcReleaseGeometry(geometry);
+  return points && starts && flags;
+}
+
+void start_scene(RTCScene scene) {
+  rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+}
+
+// Each shape once, and where its instances stand.
+bool attach_instances(RayScene::Impl& s, const Scene& scene) {
+  for (std::size_t k = 0; k < scene.shapes.size(); ++k) {
+    const Mesh& mesh = scene.shapes[k];
+    ShapeRays& shape = s.shapes.emplace_back();
+    s.shape_scenes.emplace_back(rtcNewScene(s.device.get()));
+    if (!s.shape_scenes.back()) return false;
+    Box3d box;
+    for (const auto& t : mesh.triangles)
+      for (const std::uint32_t i : t) box.extendBy(mesh.points[i]);
+    if (box.isEmpty()) continue;
+    shape.centre = (box.min + box.max) / 2.0;
+    const V3d size = box.size();
+    const double most = std::max({size.x, size.y, size.z});
+    shape.scale = most > 0 && std::isfinite(1 / most) ? 1 / most : 1;
+    shape.materials = mesh.materials;
+    for (std::uint32_t& m : shape.materials)
+      if (m >= s.opacity.size()) m = 0;
+    if (s.textures->any_cutouts()) {
+      shape.cut.uvs = mesh.uvs;
+      shape.cut.uv_corners = mesh.uv_corners;
+      for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) shape.uv_scale.push_back(uv_per_world(mesh, t));
+    }
+    start_scene(s.shape_scenes.back().get());
+    if (!attach_triangles(s.device.get(), s.shape_scenes.back().get(), mesh, shape.centre, shape.scale)) return false;
+    const FlushDenormals flush;
+    rtcCommitScene(s.shape_scenes.back().get());
+  }
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    const ShapeRays& shape = s.shapes[instance.shape];
+    s.instances.push_back({instance.shape, static_cast<float>(std::cbrt(std::abs(instance.place.determinant())))});
+    if (shape.materials.empty()) continue;
+    const RTCGeometry geometry = rtcNewGeometry(s.device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+    if (!geometry) return false;
+    rtcSetGeometryInstancedScene(geometry, s.shape_scenes[instance.shape].get());
+    // Unit of the shape -> its space -> world -> unit of the scene.
+    const V3d origin = s.to_unit(instance.place * shape.centre);
+    const double grow = s.scale / shape.scale;
+    float rows[12];
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) rows[4 * r + c] = static_cast<float>(instance.place.m[4 * r + c] * grow);
+      rows[4 * r + 3] = static_cast<float>(origin[static_cast<int>(r)]);
+    }
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(s.scene.get(), geometry, kInstances + static_cast<unsigned>(i));
+    rtcReleaseGeometry(geometry);
+  }
+  return true;
+}
+
 }  // namespace
 
 RayScene::RayScene(const Scene& scene, const TextureSet* textures, const ScenePeriod& period) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.period = period;
   const Mesh& mesh = scene.mesh;
-  Box3d box;
-  for (const auto& t : mesh.triangles)
-    for (const std::uint32_t i : t) box.extendBy(mesh.points[i]);
+  Box3d box = surface_bounds(scene);
+  if (scene.fibres.strands() > 0) box.extendBy(fibre_bounds(scene.fibres));
   s.box = box;
+  s.triangles = static_cast<std::uint32_t>(mesh.triangles.size());
   s.materials = mesh.materials;
+  s.materials.resize(mesh.triangles.size(), 0);
+  for (std::size_t k = 0; k < scene.fibres.strands(); ++k) s.materials.insert(s.materials.end(), scene.fibres.first[k + 1] - scene.fibres.first[k] - 1, scene.fibres.materials[k]);
   for (const Material& m : scene.materials) s.opacity.push_back(std::clamp(m.opacity, 0.0f, 1.0f));
   if (s.opacity.empty()) s.opacity.push_back(1);
   for (std::uint32_t& m : s.materials)
@@ -205,23 +342,10 @@ RayScene::RayScene(const Scene& scene, const TextureSet* textures, const ScenePe
   if (!s.device) fail(nullptr);
   s.scene.reset(rtcNewScene(s.device.get()));
   if (!s.scene) fail(s.device.get());
-  rtcSetSceneFlags(s.scene.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
-  rtcSetSceneBuildQuality(s.scene.get(), RTC_BUILD_QUALITY_MEDIUM);
-  const RTCGeometry geometry = rtcNewGeometry(s.device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.points.size()));
-  auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-  if (points && corners) {
-    for (const V3d& p : mesh.points) {
-      const V3d unit = s.to_unit(p);
-      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(std::clamp(unit[k], -4.0, 4.0));  // unused points may lie anywhere
-    }
-    for (const auto& t : mesh.triangles)
-      for (const std::uint32_t i : t) *corners++ = i;
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(s.scene.get(), geometry);
-  }
-  rtcReleaseGeometry(geometry);
-  if (!points || !corners) fail(s.device.get());
+  start_scene(s.scene.get());
+  if (!mesh.triangles.empty() && !attach_triangles(s.device.get(), s.scene.get(), mesh, s.centre, s.scale)) fail(s.device.get());
+  if (!scene.instances.empty() && !attach_instances(s, scene)) fail(s.device.get());
+  if (scene.fibres.strands() > 0 && !attach_fibres(s, scene.fibres)) fail(s.device.get());
   {
     const FlushDenormals flush;
     rtcCommitScene(s.scene.get());
@@ -262,7 +386,15 @@ RayScene::Hit RayScene::first_covered_hit(const V3d& origin, const V3d& directio
     rtcIntersect1(s.scene.get(), &context.base, &query);
   }
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  return {query.hit.primID, (low + static_cast<double>(query.ray.tfar)) / (s.scale * stretch), query.hit.u, query.hit.v, is_front(query.ray, query.hit)};
+  const Met met = s.met(query.hit);
+  const bool placed = met.instance != kNoIndex;  // the hit's normal is in the shape's space then, as the ray was for the filter
+  Hit hit{met.number, (low + static_cast<double>(query.ray.tfar)) / (s.scale * stretch), query.hit.u, query.hit.v, placed ? context.best_front : is_front(query.ray, query.hit), V3d(0, 0, 0), met.instance};
+  if (!placed && query.hit.geomID == kFibres) {
+    hit.normal = V3d(static_cast<double>(query.hit.Ng_x), static_cast<double>(query.hit.Ng_y), static_cast<double>(query.hit.Ng_z)).normalized();
+    if (!hit.front) hit.normal = -hit.normal;
+    hit.front = true;  // whoever stands within a fibre sees its wall from the other side
+  }
+  return hit;
 }
 
 float RayScene::blocked(const V3d& from, const V3d& to) const {
@@ -361,6 +493,25 @@ V3f irradiance(std::span<const Light> lights, const RayScene* rays, const V3d& p
     const V3d lit_side = cosine < 0 ? -normal : normal;
     const float visible = rays ? rays->visibility(light, point, lit_side) : 1.0f;
     sum += color * (static_cast<float>(std::abs(cosine)) * visible);
+  }
+  return sum;
+}
+
+V3f fibre_irradiance(std::span<const Light> lights, const RayScene* rays, const V3d& axis, const V3d& t, double radius) {
+  V3f sum(0, 0, 0);
+  for (const Light& light : lights) {
+    V3d direction;
+    V3f color;
+    if (light.kind == Light::Kind::kAmbient) {
+      sum += light.color;
+      continue;
+    }
+    if (!light_at(light, axis, &direction, &color)) continue;
+    V3d side = direction - t * direction.dot(t);
+    double sine = 0;
+    if (!to_unit_length(&side, &sine)) continue;
+    const float visible = rays ? rays->visibility(light, axis + side * radius, side) : 1.0f;
+    sum += color * (static_cast<float>(std::min(sine, 1.0) / M_PI) * visible);
   }
   return sum;
 }

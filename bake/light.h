@@ -22,6 +22,7 @@ struct ScenePeriod {
 class RayScene {
  public:
   // Keeps copies of what it needs of `scene`. `textures` (must outlive this; kCoverage is enough) may be null: it decodes its own then.
+  // Fibres are chains of round cones with balls at their points (Embree's round linear curves).
   // Of a scene that repeats: `scene` is all that reaches into the period (repeat.h, without curtains).
   explicit RayScene(const Scene& scene, const TextureSet* textures = nullptr, const ScenePeriod& period = {});
   ~RayScene();
@@ -34,7 +35,16 @@ class RayScene {
 
   // Barycentrics u, v of corners 1 and 2; `front`: the ray comes from the side the triangle's normal points to. Of several hits at one
   // distance a front one comes first, then the lower index, so that the answer does not depend on how the tree was built.
-  struct Hit { std::uint32_t triangle = kNoIndex; double distance = 0; float u = 0, v = 0; bool front = true; };
+  // Fibres' pieces are numbered behind the triangles in the order of their strands; u is then the place along the piece and `normal` the wall's.
+  // Of an instance `triangle` is one of its shape's, and `front` is as if the shape stood there unmirrored.
+  struct Hit {
+    std::uint32_t triangle = kNoIndex;
+    double distance = 0;
+    float u = 0, v = 0;
+    bool front = true;
+    V3d normal{0, 0, 0};
+    std::uint32_t instance = kNoIndex;  // into Scene::instances; kNoIndex: of the mesh or a fibre
+  };
   // First hit along the ray (world); no triangle where it misses. Cut-outs are not applied. Thread-safe.
   [[nodiscard]] Hit first_hit(const V3d& origin, const V3d& direction, double from = 0) const;
   // The same; surface that is not there is passed through: coverage below 1/512 in a footprint `width` + `spread`·distance about it.
@@ -62,5 +72,9 @@ class RayScene {
 // Light arriving at a point with unit normal n (world): Σ ambient + sun·max(0, n·l)·visibility + point·max(0, n·l)/d²·visibility,
 // to be multiplied by the albedo. `rays` null: no shadows. `two_sided` takes |n·l| … of the side facing the light. Thread-safe.
 [[nodiscard]] V3f irradiance(std::span<const Light> lights, const RayScene* rays, const V3d& point, const V3d& normal, bool two_sided);
+
+// The mean over the wall of a round fibre (unit direction `t`, `radius` about `axis`, world) of the light that arrives: Σ ambient + sun·(sin θ)/π·visibility …, with
+// shadows looked for from the fibre's side that faces the light. Thread-safe.
+[[nodiscard]] V3f fibre_irradiance(std::span<const Light> lights, const RayScene* rays, const V3d& axis, const V3d& t, double radius);
 
 }  // namespace texel

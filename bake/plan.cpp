@@ -124,10 +124,9 @@ void turn_inside_out(const Mesh& mesh, const V3i& period, Plan& plan, const Topo
 }
 
 // Triangles made of implicit surfaces are closed and turned outwards by construction.
-void fill_made(const Scene& scene, Plan& plan, Report& report) {
-  const Mesh& mesh = scene.mesh;
+void fill_made(const Mesh& mesh, const std::vector<Material>& materials, Plan& plan, Report& report) {
   for (std::size_t t = given_triangles(mesh); t < mesh.triangles.size(); ++t)
-    if (!(scene.materials[mesh.materials[t]].opacity < 1)) {
+    if (!(materials[mesh.materials[t]].opacity < 1)) {
       plan.winding[t] = 1;
       plan.fill = true;
     }
@@ -162,13 +161,9 @@ void close_repeated(const V3i& period, std::span<const std::array<std::uint32_t,
     report.issue("cyclic-endless", "components are joined to their repetitions along every axis, so that inside and outside cannot be told; they are surfaces without an inside", left.endless);
 }
 
-void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& report) {
-  const Mesh& mesh = scene.mesh;
-  if (recipe.fill == Fill::kOff) {
-    report.skip("components, fill", "--fill off");
-    return;
-  }
-  if (mesh.made > 0) fill_made(scene, plan, report);
+// Sets turn and winding of the mesh's triangles, of which plan.points are the points, and what the solids add to the statistics.
+void find_solids(const Mesh& mesh, const std::vector<Material>& materials, const Recipe& recipe, Plan& plan, Report& report) {
+  if (mesh.made > 0) fill_made(mesh, materials, plan, report);
   if (given_triangles(mesh) == 0) return;
   const auto given = std::span(mesh.triangles).first(given_triangles(mesh));
   Topology topology = find_topology(plan.points, given);
@@ -177,7 +172,7 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
   std::vector<bool> takes_part(topology.components.size());
   std::vector<bool> transparent(topology.components.size(), false);
   for (std::size_t t = 0; t < topology.component.size(); ++t)
-    if (topology.component[t] != kNoIndex && scene.materials[mesh.materials[t]].opacity < 1) transparent[topology.component[t]] = true;
+    if (topology.component[t] != kNoIndex && materials[mesh.materials[t]].opacity < 1) transparent[topology.component[t]] = true;
 
   std::vector<Box3d> boxes(topology.components.size());
   for (std::size_t t = 0; t < topology.component.size(); ++t)
@@ -223,13 +218,33 @@ void find_solids(const Scene& scene, const Recipe& recipe, Plan& plan, Report& r
     for (std::size_t c = 0; c < topology.components.size(); ++c)
       plan.bodies.push_back({boxes[c], topology.components[c].bounded >= 0 ? topology.components[c].bounded : straight});
   }
-  if (!plan.fill) {
-    if (recipe.fill == Fill::kOn) throw Error(Code::kBadInput, "--fill on", "no component is closed and opaque", "use --fill auto or close the mesh");
-    report.skip("fill", "no closed component");
-  }
 }
 
 }  // namespace
+
+V3d plan_point(const Grid& grid, const V3d& world) {
+  V3d p = grid.to_voxel(world);
+  for (int a = 0; a < 3; ++a)
+    if (const double wall = std::nearbyint(p[a]); std::abs(p[a] - wall) < kWallSnap) p[a] = wall;
+  return p;
+}
+
+Statistics find_shape_solids(const Mesh& shape, const std::vector<Material>& materials, const Recipe& recipe, std::vector<std::int8_t>& turn, std::vector<std::int8_t>& winding, Report& report) {
+  Plan own;
+  own.turn.assign(shape.triangles.size(), 1);
+  own.winding.assign(shape.triangles.size(), 0);
+  if (recipe.fill != Fill::kOff) {
+    own.points = shape.points;  // in a grid of edge 1 about its own origin
+    Report found;
+    find_solids(shape, materials, recipe, own, found);
+    for (const Issue& issue : found.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
+    for (const Skip& skip : found.skipped)
+      if (std::none_of(report.skipped.begin(), report.skipped.end(), [&](const Skip& s) { return s.what == skip.what && s.why == skip.why; })) report.skip(skip.what, skip.why);
+  }
+  turn = std::move(own.turn);
+  winding = std::move(own.winding);
+  return own.statistics;
+}
 
 V3d triangle_normal(const V3d& a, const V3d& b, const V3d& c, double* area) {
   const V3d cross = (b - a).cross(c - a);
@@ -243,16 +258,12 @@ Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>
   Plan plan;
   plan.grid = plan_grid(scene, recipe);
   plan.points.resize(mesh.points.size());
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    V3d p = plan.grid.to_voxel(mesh.points[i]);
-    for (int a = 0; a < 3; ++a)
-      if (const double wall = std::nearbyint(p[a]); std::abs(p[a] - wall) < kWallSnap) p[a] = wall;
-    plan.points[i] = p;
-  }
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) plan.points[i] = plan_point(plan.grid, mesh.points[i]);
   plan.turn.assign(mesh.triangles.size(), 1);
   plan.winding.assign(mesh.triangles.size(), 0);
   for (std::size_t m = 0; m < scene.materials.size(); ++m)
     plan.two_sided.push_back(recipe.two_sided == Sidedness::kAlways || (recipe.two_sided == Sidedness::kAuto && has_cutouts[m]));
+  for (const Material& material : scene.materials) plan.two_sided_open.push_back(recipe.two_sided == Sidedness::kAuto && material.two_sided);
 
   Statistics& s = plan.statistics;
   s.triangles = static_cast<std::int64_t>(mesh.triangles.size());
@@ -266,14 +277,24 @@ Plan make_plan(const Scene& scene, const Recipe& recipe, const std::vector<bool>
   }
   double made_volume = 0;
   measure_made(mesh, plan, &area_voxels, &made_volume);
+  if (scene.fibres.strands() > 0) {
+    plan.fibres = fibre_segments(scene, plan.grid);
+    area_voxels += fibre_area(scene.fibres) / (plan.grid.h * plan.grid.h);
+  }
   s.area = area_voxels * plan.grid.h * plan.grid.h;
-  if (!(area_voxels > 0)) throw Error(Code::kBadInput, "", "no triangle has an area", "check the input file");
-  if (s.degenerate > 0) report.issue("degenerate-triangles", "triangles have no area; they change nothing", s.degenerate);
-  find_solids(scene, recipe, plan, report);
+  if (recipe.fill == Fill::kOff) report.skip("components, fill", "--fill off");
+  else find_solids(mesh, scene.materials, recipe, plan, report);
   if (mesh.made > 0) {
     s.components += static_cast<std::int64_t>(scene.implicits.size());
     s.closed += static_cast<std::int64_t>(scene.implicits.size());
     if (plan.fill) s.volume += made_volume * plan.grid.h * plan.grid.h * plan.grid.h;
+  }
+  plan_instances(scene, recipe, plan, report);
+  if (!(s.area > 0)) throw Error(Code::kBadInput, "", "no triangle has an area", "check the input file");
+  if (s.degenerate > 0) report.issue("degenerate-triangles", "triangles have no area; they change nothing", s.degenerate);
+  if (!plan.fill && recipe.fill != Fill::kOff) {
+    if (recipe.fill == Fill::kOn) throw Error(Code::kBadInput, "--fill on", "no component is closed and opaque", "use --fill auto or close the mesh");
+    if (given_triangles(mesh) + plan.placed.size() > 0) report.skip("fill", "no closed component");
   }
   return plan;
 }

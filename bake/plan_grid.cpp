@@ -22,7 +22,8 @@ Box3d used_bounds(const Scene& scene, const Recipe& recipe) {
   Box3d box;
   for (std::size_t t = 0; t < mesh.triangles.size() - mesh.made; ++t)
     for (const std::uint32_t v : mesh.triangles[t]) box.extendBy(mesh.points[v]);
-  if (!scene.instances.empty()) box.extendBy(surface_bounds(scene));
+  if (!scene.instances.empty()) box.extendBy(instance_bounds(scene, box));
+  box.extendBy(fibre_bounds(scene.fibres));
   for (const HeightField& field : scene.heights) box.extendBy(height_bounds(field, recipe.cyclic));
   box.extendBy(scene.bounds);
   for (const Implicit& solid : scene.implicits) {
@@ -153,7 +154,7 @@ Grid plan_grid(const Scene& scene, const Recipe& recipe) {
     if (scene.hypertexture->preset == HypertexturePreset::kOctaves && !recipe.box) whole.box = Box3d(V3d(0, 0, 0), V3d(1, 1, 1));
     return make_grid(whole.box ? *whole.box : density_bounds(*make_density(*scene.hypertexture, 0)), whole);
   }
-  if (scene.mesh.triangles.empty() && scene.instances.empty() && scene.implicits.empty() && scene.heights.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
+  if (scene.mesh.triangles.empty() && scene.instances.empty() && scene.fibres.strands() == 0 && scene.implicits.empty() && scene.heights.empty()) throw Error(Code::kBadInput, "", "the scene has no triangle", "check the input file");
   return make_grid(used_bounds(scene, recipe), recipe);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/fibre_options.h"
 #include "formats/grid.h"
 #include "formats/height_field.h"
 #include "formats/plant_options.h"
@@ -65,7 +66,7 @@ struct Recipe {
   LevelMode level_mode = LevelMode::kRecompute;
   double prune = 0;                       // tolerance
   int samples = 0;                        // sub-rays per voxel edge and axis: samples² rays through each voxel column, 1…64; 0: 4, or 6 where
-                                          // textures cut holes, whose many layers need more rays for the same error (docs/accuracy.md)
+                                          // textures cut holes or thin fibres lie, whose many layers need more rays for the same error (docs/accuracy.md)
   double max_error = 0;                   // choose the samples for this error of alpha; 0: as given by samples
   Pattern pattern = Pattern::kGrid;
   double max_depth = 9.21034037197618;    // cap of a voxel's optical depth: −ln(1e-4)
@@ -77,6 +78,7 @@ struct Recipe {
   int threads = 0;                        // 0: all
   std::int64_t memory = 0;                // bytes; 0: no cap
   HeightOptions heights;                  // how pictures are read; used by read_scene
+  FibreOptions fibres;                    // what lines of .obj files are; used by read_scene
   PlantOptions plants;                    // how plants are read, and the unit of meshes; used by read_scene
   std::string texel;                      // which texel of a scene file; empty: the one there is
   WriteOptions write;                     // slice format, full float

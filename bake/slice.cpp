@@ -21,7 +21,7 @@ int slice_of(const Bundle& bundle, const Crossing& c, int count) {
 void add_crossings(const Bundle& bundle, std::span<const Crossing> list, int winding, double u, double v, const SliceShader& shade, SliceScratch::Sum& sum) {
   const auto& scene = *bundle.scene;
   const auto opacity = [&](const Crossing& c) {
-    return static_cast<double>(c.coverage) * static_cast<double>(scene.materials[scene.mesh.materials[c.triangle]].opacity);
+    return static_cast<double>(c.coverage) * static_cast<double>(scene.materials[crossed_material(bundle, c)].opacity);
   };
   int above = winding;
   for (const Crossing& c : list) above += c.winding;

@@ -11,13 +11,16 @@
 #include "bake/block_index.h"
 #include "bake/clip.h"
 #include "bake/prefetch.h"
+#include "bake/shape_sums.h"
 
 namespace texel {
 namespace {
 
 // What is constant over a triangle.
 struct Facet {
-  std::uint32_t triangle;
+  const Mesh* mesh;
+  std::uint32_t triangle;  // of *mesh
+  std::uint32_t material;
   V3d normal;          // turned, unit, voxel space = world directions
   V3d origin, g1, g2;  // barycentrics of corners 1 and 2 at p: (p − origin)·g1, (p − origin)·g2
   Moments facing;      // of a unit of covered area
@@ -86,23 +89,24 @@ struct Clipper {
   SurfaceWant want;
   V3i blocks;
 
-  bool make_facet(std::uint32_t t, Facet& facet, Polygon& corners) const {
-    const auto& tri = scene.mesh.triangles[t];
-    const V3d &a = plan.points[tri[0]], &b = plan.points[tri[1]], &c = plan.points[tri[2]];
+  bool make_facet(const Face& face, Facet& facet, Polygon& corners) const {
+    const auto& [a, b, c] = face.p;
     const V3d cross = (b - a).cross(c - a);
     const double square = cross.length2();
     if (!(square > 0) || !std::isfinite(square)) return false;
-    facet.triangle = t;
-    facet.normal = cross / std::sqrt(square) * static_cast<double>(plan.turn[t]);
+    facet.mesh = face.mesh;
+    facet.triangle = face.triangle;
+    facet.normal = cross / std::sqrt(square) * static_cast<double>(face.turn);
     facet.origin = a;
     facet.g1 = (c - a).cross(cross) / square;
     facet.g2 = cross.cross(b - a) / square;
-    const std::uint32_t material = scene.mesh.materials[t];
-    facet.one_sided = !plan.two_sided[material];
-    facet.closed = plan.winding[t] != 0;
+    const std::uint32_t material = face.material;
+    facet.material = material;
+    facet.one_sided = !plan.is_two_sided(face.winding, material);
+    facet.closed = face.winding != 0;
     facet.facing = {};
-    if (!bent_moments(scene.mesh, tri, facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);
-    facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !scene.mesh.colors.empty() || scene.materials[material].solid));
+    if (!bent_moments(*face.mesh, face.mesh->triangles[face.triangle], facet.one_sided, &facet.facing)) facet.facing.add(facet.normal, 1, facet.one_sided);
+    facet.sampled = textures.has_cutouts(material) || (want.color && (textures.textured(material) || !face.mesh->colors.empty() || scene.materials[material].solid));
     facet.solid = want.color ? scene.materials[material].solid.get() : nullptr;
     Areas open;  // what goes by covered area
     open.covered = 1;
@@ -118,7 +122,7 @@ struct Clipper {
     if (!facet.sampled) all += open;
     facet.whole = all;
     facet.covered = open;
-    facet.uv_width = plan.uv_width.empty() ? 0 : plan.uv_width[t];
+    facet.uv_width = face.uv_width;
     facet.color = scene.materials[material].kd;
     corners.n = 3;
     corners.v[0] = a;
@@ -136,7 +140,7 @@ struct Clipper {
       const double part = (b - a).cross(c - a).length() / 2;
       if (!(part > 1e-9 * area)) continue;
       const V3d p = (a + b + c) / 3.0 - facet.origin;
-      SurfaceSample s = footprint_sample(textures, scene.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
+      SurfaceSample s = footprint_sample(textures, *facet.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
                                                facet.uv_width * static_cast<float>(std::sqrt(part) * plan.grid.h));
       if (facet.solid) s.color = facet.solid->color(plan.grid.to_world((a + b + c) / 3.0), facet.normal, std::sqrt(part) * plan.grid.h);
       color += V3d(s.color) * (static_cast<double>(s.coverage) * part);
@@ -147,13 +151,12 @@ struct Clipper {
     return {coverage > 0 ? V3f(color / coverage) : V3f(0, 0, 0), static_cast<float>(coverage / total)};
   }
 
-  void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
-    double height = 0;
-    const double area = polygon_area(piece, facet.normal, facet.closed ? &height : nullptr);
-    if (!(area > 0)) return;
+  // The block of a cell and the cell's place in it, with its sums at 0 when first met.
+  DenseBlock& meet(Layer8& layer, const V3i& cell, std::size_t& at) const {
     const std::size_t column = static_cast<std::size_t>(cell.y / 8) * static_cast<std::size_t>(blocks.x) + static_cast<std::size_t>(cell.x / 8);
     DenseBlock& block = layer.block(column, want);
-    const auto x = static_cast<std::size_t>(cell.x & 7), in_word = static_cast<std::size_t>((cell.y & 7) << 3 | (cell.z & 7)), at = x << 6 | in_word;
+    const auto x = static_cast<std::size_t>(cell.x & 7), in_word = static_cast<std::size_t>((cell.y & 7) << 3 | (cell.z & 7));
+    at = x << 6 | in_word;
     if (std::uint64_t& word = block.mask[x]; (word >> in_word & 1u) == 0) {
       word |= std::uint64_t{1} << in_word;
       block.areas[at] = {};
@@ -161,6 +164,15 @@ struct Clipper {
       if (want.color) block.color[at] = V3d(0, 0, 0);
       if (want.material) block.material[at] = {};
     }
+    return block;
+  }
+
+  void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
+    double height = 0;
+    const double area = polygon_area(piece, facet.normal, facet.closed ? &height : nullptr);
+    if (!(area > 0)) return;
+    std::size_t at = 0;
+    DenseBlock& block = meet(layer, cell, at);
     Areas& sums = block.areas[at];
     sums.add(facet.whole, area);
     if (facet.closed) sums.lost += facet.normal.z * area * (cell.z + 1 - height);
@@ -172,8 +184,10 @@ struct Clipper {
     const double w = area * static_cast<double>(s.coverage);
     if (want.normals) block.moments[at].add(facet.facing, w);
     if (want.color) block.color[at] += V3d(s.color) * w;
-    if (!want.material) return;
-    const Material& material = scene.materials[scene.mesh.materials[facet.triangle]];
+    if (want.material) add_material(scene.materials[facet.material], w, block, at);
+  }
+
+  static void add_material(const Material& material, double w, DenseBlock& block, std::size_t at) {
     MaterialSums& mean = block.material[at];
     const double alpha = static_cast<double>(material.roughness);
     mean.ks += V3d(material.ks) * w;
@@ -182,10 +196,65 @@ struct Clipper {
     mean.transparency += (1 - static_cast<double>(material.opacity)) * w;
   }
 
-  void clip_triangle(Layer8& layer, std::uint32_t t, int z0, int z1) const {
+  void clip_fibre(Layer8& layer, const FibreSegment& fibre, int z0, int z1) const {
+    const FibreShape shape = fibre_shape(fibre);
+    const bool one_sided = !plan.two_sided[fibre.material];
+    const Material& material = scene.materials[fibre.material];
+    const std::vector<V3f>& colors = scene.fibres.colors;
+    walk_fibre(fibre, V3i(0, 0, z0), V3i(plan.grid.n.x, plan.grid.n.y, z1), [&](const V3i& cell, double s0, double s1) {
+      std::size_t at = 0;
+      DenseBlock& block = meet(layer, cell, at);
+      Areas& sums = block.areas[at];
+      const double before = sums.covered;
+      add_fibre(fibre, shape, s0, s1, one_sided, sums, want.normals ? &block.moments[at] : nullptr);
+      const double w = sums.covered - before, middle = (s0 + s1) / 2;
+      if (want.color) {
+        V3f color = material.kd;
+        if (material.solid) color = material.solid->color(plan.grid.to_world(fibre.a + (fibre.b - fibre.a) * middle), V3d(0, 0, 1), plan.grid.h * (s1 - s0) * shape.length);
+        if (!colors.empty()) color *= colors[fibre.point] * static_cast<float>(1 - middle) + colors[fibre.point + 1] * static_cast<float>(middle);
+        block.color[at] += V3d(color) * w;
+      }
+      if (want.material) add_material(material, w, block, at);
+    });
+  }
+
+  // What lies wholly in a voxel is added as a whole.
+  void add_gathered(Layer8& layer, const Placed& placed, const ShapeSums& sums, const ShapeSums::Node& node, const V3i& cell) const {
+    std::size_t at = 0;
+    DenseBlock& block = meet(layer, cell, at);
+    add_shadows(sums, node, placed, block.areas[at]);
+    for (std::uint32_t g = node.group; g < node.group + node.groups; ++g) {
+      const ShapeSums::Group& group = sums.groups[g];
+      double w = 0;
+      V3d color;
+      add_group(group, placed, !plan.is_two_sided(group.closed ? 1 : 0, group.material), cell.z, block.areas[at], want.normals ? &block.moments[at] : nullptr, w, color);
+      if (want.color) block.color[at] += color;
+      if (want.material) add_material(scene.materials[group.material], w, block, at);
+    }
+  }
+
+  void clip_placed(Layer8& layer, const Placed& placed, const ShapeSums& sums, int z0, int z1) const {
+    const ShapeTree& tree = plan.shapes[placed.shape];
+    const Box3d reach(V3d(-1, -1, z0 - 1), V3d(plan.grid.n.x + 1, plan.grid.n.y + 1, z1 + 1));  // one cell more than the rule of walls can ask for
+    walk_shape(tree, [&](const ShapeNode& node) {
+      const Box3d box = placed_box(placed, node.box);
+      if (!box.intersects(reach)) return false;
+      const ShapeSums::Node& own = sums.nodes[static_cast<std::size_t>(&node - tree.nodes.data())];
+      if (own.groups == 0 || !(placed.scale > 0)) return true;
+      V3i cell;
+      for (int a = 0; a < 3; ++a) {
+        cell[a] = static_cast<int>(std::floor(box.min[a]));
+        if (!(box.max[a] < cell[a] + 1)) return true;
+      }
+      if (cell.x >= 0 && cell.y >= 0 && cell.x < plan.grid.n.x && cell.y < plan.grid.n.y && cell.z >= z0 && cell.z < z1) add_gathered(layer, placed, sums, own, cell);
+      return false;
+    }, [&](std::uint32_t t) { clip_face(layer, placed_face(scene, plan, placed, t), z0, z1); });
+  }
+
+  void clip_face(Layer8& layer, const Face& face, int z0, int z1) const {
     Facet facet;
     Polygon corners;
-    if (!make_facet(t, facet, corners)) return;
+    if (!make_facet(face, facet, corners)) return;
     const V3i& n = plan.grid.n;
     const V3d side = facet.closed ? facet.normal : -facet.normal;  // away from the cell that surface in a wall belongs to
     split_cells(corners, 2, side.z, z0, z1, [&](int z, const Polygon& sheet) {
@@ -220,6 +289,23 @@ void bin_triangles(const Scene& scene, const Plan& plan, int layers, std::vector
   for (std::uint32_t t = 0; t < count; ++t)
     if (range(t, l0, l1))
       for (int l = l0; l <= l1; ++l) bins[at[static_cast<std::size_t>(l)]++] = t;
+}
+
+// Pieces of fibres that meet each layer of blocks, likewise.
+void bin_fibres(const Plan& plan, int layers, std::vector<std::size_t>& first, std::vector<std::uint32_t>& bins) {
+  const auto for_each_layer = [&](auto&& call) {
+    for (std::uint32_t f = 0; f < plan.fibres.size(); ++f) {
+      const double a = plan.fibres[f].a.z, b = plan.fibres[f].b.z, n = plan.grid.n.z;
+      const double lo = std::clamp(std::min(a, b), -1.0, n), hi = std::clamp(std::max(a, b), -1.0, n);
+      for (int l = std::max(0, static_cast<int>(lo)) >> 3; l <= static_cast<int>(hi) >> 3 && l < layers && hi >= 0; ++l) call(static_cast<std::size_t>(l), f);
+    }
+  };
+  first.assign(static_cast<std::size_t>(layers) + 1, 0);
+  for_each_layer([&](std::size_t l, std::uint32_t) { ++first[l + 1]; });
+  for (std::size_t l = 0; l < static_cast<std::size_t>(layers); ++l) first[l + 1] += first[l];
+  bins.resize(first.back());
+  std::vector<std::size_t> at(first.begin(), first.end() - 1);
+  for_each_layer([&](std::size_t l, std::uint32_t f) { bins[at[l]++] = f; });
 }
 
 // The values of a layer's voxels in the order of the set.
@@ -290,7 +376,12 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
   std::vector<std::size_t> first;
   std::vector<std::uint32_t> bins;
   bin_triangles(scene, plan, blocks.z, first, bins);
+  std::vector<std::size_t> fibre_first;
+  std::vector<std::uint32_t> fibre_bins;
+  if (!plan.fibres.empty()) bin_fibres(plan, blocks.z, fibre_first, fibre_bins);
 
+  const PlacedLayers placed = layer_placed(plan, 2, 8, blocks.z);
+  const std::vector<ShapeSums> sums = sum_shapes(scene, plan, textures, want.color);
   const Clipper clipper{scene, plan, textures, want, blocks};
   std::vector<Surface> parts(static_cast<std::size_t>(blocks.z));
   tbb::enumerable_thread_specific<Layer8> layers;
@@ -304,7 +395,10 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
       for (const std::uint32_t v : scene.mesh.triangles[t]) prefetch_lines(&plan.points[v]);
     };
     visit_triangles(bins.data(), first[static_cast<std::size_t>(bz)], first[static_cast<std::size_t>(bz) + 1], scene.mesh.triangles.data(), touch,
-                    [&](std::uint32_t t) { clipper.clip_triangle(layer, t, z0, z1); });
+                    [&](std::uint32_t t) { clipper.clip_face(layer, mesh_face(scene, plan, t), z0, z1); });
+    for (std::size_t f = fibre_first.empty() ? 0 : fibre_first[static_cast<std::size_t>(bz)]; !fibre_first.empty() && f < fibre_first[static_cast<std::size_t>(bz) + 1]; ++f)
+      clipper.clip_fibre(layer, plan.fibres[fibre_bins[f]], z0, z1);
+    for (const std::uint32_t i : placed.of(bz)) clipper.clip_placed(layer, plan.placed[i], sums[plan.placed[i].shape], z0, z1);
     parts[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
   });

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <exception>
@@ -35,13 +36,13 @@ using Key = std::pair<int, Role>;
 struct Use {
   int chain = -1;             // into the chains
   V2f scale{1, 1}, offset{0, 0};
-  bool clamp = false;
+  std::array<Wrap, 2> wrap{};
 };
 
 struct MaterialUse {
   V3f kd{0, 0, 0};
   Use color, mask;
-  bool cutouts = false;
+  bool cutouts = false, two_sided = false;
 };
 
 constexpr float kWhole = 1.0f - 0.5f / 65535.0f;  // half a step of a 16-bit picture
@@ -124,18 +125,19 @@ Chain make_chain(const Image& image, Role role) {
   return chain;
 }
 
-int wrap(int i, int n, bool clamp) {
-  if (clamp) return std::clamp(i, 0, n - 1);
+// A mirrored picture goes on with the texel at its border.
+int wrap(int i, int n, Wrap how) {
+  if (how != Wrap::kRepeat) return std::clamp(i, 0, n - 1);
   return i < 0 ? i + n : i >= n ? i - n : i;  // i is in [-1, n]
 }
 
 // Adds weight · the bilinear value at (s,t) in [0,1]², t downwards, to out.
-void add_bilinear(const Level& level, int channels, float s, float t, bool clamp, float weight, float* out) {
+void add_bilinear(const Level& level, int channels, float s, float t, const std::array<Wrap, 2>& how, float weight, float* out) {
   const float x = s * static_cast<float>(level.width) - 0.5f, y = t * static_cast<float>(level.height) - 0.5f;
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
   const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-  const auto row = [&](int j) { return static_cast<std::size_t>(wrap(y0 + j, level.height, clamp)) * static_cast<std::size_t>(level.width); };
-  const auto column = [&](int i) { return static_cast<std::size_t>(wrap(x0 + i, level.width, clamp)); };
+  const auto row = [&](int j) { return static_cast<std::size_t>(wrap(y0 + j, level.height, how[1])) * static_cast<std::size_t>(level.width); };
+  const auto column = [&](int i) { return static_cast<std::size_t>(wrap(x0 + i, level.width, how[0])); };
   const std::size_t r0 = row(0), r1 = row(1), c0 = column(0), c1 = column(1), n = static_cast<std::size_t>(channels);
   const float* const texel[4] = {&level.texels[(r0 + c0) * n], &level.texels[(r0 + c1) * n], &level.texels[(r1 + c0) * n], &level.texels[(r1 + c1) * n]};
   const float w[4] = {weight * (1 - fx) * (1 - fy), weight * fx * (1 - fy), weight * (1 - fx) * fy, weight * fx * fy};
@@ -143,16 +145,20 @@ void add_bilinear(const Level& level, int channels, float s, float t, bool clamp
 }
 
 // A coordinate brought into [0,1]. Beyond a float's fraction bits there is no position left to speak of.
-float unit_coordinate(float v, bool clamp) {
+float unit_coordinate(float v, Wrap how) {
   if (!std::isfinite(v)) return 0;
-  if (clamp) return std::clamp(v, 0.0f, 1.0f);
+  if (how == Wrap::kClamp) return std::clamp(v, 0.0f, 1.0f);
+  if (how == Wrap::kMirror) {
+    const float twice = v - 2 * std::floor(v / 2);  // in [0, 2]
+    return std::clamp(twice > 1 ? 2 - twice : twice, 0.0f, 1.0f);
+  }
   return std::clamp(v - std::floor(v), 0.0f, 1.0f);
 }
 
 void sample_chain(const Chain& chain, const Use& use, V2f uv, float footprint, float out[4]) {
   out[0] = out[1] = out[2] = out[3] = 0;
-  const float s = unit_coordinate(uv.x * use.scale.x + use.offset.x, use.clamp);
-  const float t = 1 - unit_coordinate(uv.y * use.scale.y + use.offset.y, use.clamp);
+  const float s = unit_coordinate(uv.x * use.scale.x + use.offset.x, use.wrap[0]);
+  const float t = 1 - unit_coordinate(uv.y * use.scale.y + use.offset.y, use.wrap[1]);
   const Level& top = chain.levels.front();
   // Isotropic: the footprint's width in texels of the finest level, by the geometric mean of both directions.
   const double texels = static_cast<double>(footprint) * std::sqrt(std::abs(static_cast<double>(use.scale.x) * use.scale.y) * top.width * top.height);
@@ -160,8 +166,8 @@ void sample_chain(const Chain& chain, const Use& use, V2f uv, float footprint, f
   const double level = texels > 1 ? std::min(std::log2(texels), last) : 0;
   const auto l = static_cast<std::size_t>(level);
   const auto f = static_cast<float>(level - static_cast<double>(l));
-  add_bilinear(chain.levels[l], chain.channels, s, t, use.clamp, 1 - f, out);
-  if (f > 0 && l + 1 < chain.levels.size()) add_bilinear(chain.levels[l + 1], chain.channels, s, t, use.clamp, f, out);
+  add_bilinear(chain.levels[l], chain.channels, s, t, use.wrap, 1 - f, out);
+  if (f > 0 && l + 1 < chain.levels.size()) add_bilinear(chain.levels[l + 1], chain.channels, s, t, use.wrap, f, out);
 }
 
 // The last channel of sample_chain alone. A point (footprint 0) is one bilinear look-up in the finest level.
@@ -172,14 +178,14 @@ float sample_last(const Chain& chain, const Use& use, V2f uv, float footprint) {
     return all[chain.channels - 1];
   }
   const Level& level = chain.levels.front();
-  const float x = unit_coordinate(uv.x * use.scale.x + use.offset.x, use.clamp) * static_cast<float>(level.width) - 0.5f;
-  const float y = (1 - unit_coordinate(uv.y * use.scale.y + use.offset.y, use.clamp)) * static_cast<float>(level.height) - 0.5f;
+  const float x = unit_coordinate(uv.x * use.scale.x + use.offset.x, use.wrap[0]) * static_cast<float>(level.width) - 0.5f;
+  const float y = (1 - unit_coordinate(uv.y * use.scale.y + use.offset.y, use.wrap[1])) * static_cast<float>(level.height) - 0.5f;
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
   const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
   const auto n = static_cast<std::size_t>(chain.channels);
   const auto texel = [&](int i, int j) {
-    const auto row = static_cast<std::size_t>(wrap(y0 + j, level.height, use.clamp)) * static_cast<std::size_t>(level.width);
-    return level.texels[(row + static_cast<std::size_t>(wrap(x0 + i, level.width, use.clamp))) * n + n - 1];
+    const auto row = static_cast<std::size_t>(wrap(y0 + j, level.height, use.wrap[1])) * static_cast<std::size_t>(level.width);
+    return level.texels[(row + static_cast<std::size_t>(wrap(x0 + i, level.width, use.wrap[0]))) * n + n - 1];
   };
   return (texel(0, 0) * (1 - fx) + texel(1, 0) * fx) * (1 - fy) + (texel(0, 1) * (1 - fx) + texel(1, 1) * fx) * fy;
 }
@@ -208,9 +214,7 @@ bool valid(const TextureUse& use, const Scene& scene) {
 Role mask_role(const TextureUse& use) { return use.alpha_channel ? Role::kAlpha : Role::kLuminance; }
 
 std::vector<Job> list_jobs(const Scene& scene, TextureSet::Need need, Report& report) {
-  std::vector<char> used(scene.materials.size(), 0);
-  for (const std::uint32_t m : scene.mesh.materials)
-    if (m < used.size()) used[m] = 1;
+  const std::vector<bool> used = used_materials(scene);
   std::map<int, std::vector<Role>> wanted;
   const auto want = [&](int texture, Role role) {
     auto& roles = wanted[texture];
@@ -253,7 +257,7 @@ void report_failure(const Scene& scene, const Job& job, Report& report) {
   }
 }
 
-Use use_of(const TextureUse& use, int chain) { return {chain, use.scale, use.offset, use.clamp}; }
+Use use_of(const TextureUse& use, int chain) { return {chain, use.scale, use.offset, use.wrap}; }
 
 }  // namespace
 
@@ -287,6 +291,7 @@ TextureSet::TextureSet(const Scene& scene, Need need, Report& report) : impl_(st
   for (const Material& material : scene.materials) {
     MaterialUse& use = impl_->materials.emplace_back();
     use.kd = material.kd;
+    use.two_sided = material.two_sided;
     use.color = use_of(material.map_kd, place(material.map_kd.texture, need == Need::kColor ? Role::kColorAlpha : Role::kAlpha));
     use.mask = use_of(material.map_d, place(material.map_d.texture, mask_role(material.map_d)));
     const auto cuts = [&](const Use& u) { return u.chain >= 0 && impl_->chains[static_cast<std::size_t>(u.chain)].holes; };
@@ -299,6 +304,8 @@ TextureSet::TextureSet(TextureSet&&) noexcept = default;
 TextureSet& TextureSet::operator=(TextureSet&&) noexcept = default;
 
 bool TextureSet::has_cutouts(std::uint32_t material) const { return material < impl_->materials.size() && impl_->materials[material].cutouts; }
+
+bool TextureSet::double_sided(std::uint32_t material) const { return material < impl_->materials.size() && impl_->materials[material].two_sided; }
 
 bool TextureSet::any_cutouts() const {
   return std::any_of(impl_->materials.begin(), impl_->materials.end(), [](const MaterialUse& m) { return m.cutouts; });
@@ -344,6 +351,21 @@ float TextureSet::coverage(std::uint32_t material, V2f uv, float footprint) cons
   }
   if (use.mask.chain >= 0) result *= sample_last(impl_->chains[static_cast<std::size_t>(use.mask.chain)], use.mask, uv, footprint);
   return share(result);
+}
+
+std::vector<bool> used_materials(const Scene& scene) {
+  std::vector<bool> used(scene.materials.size(), false);
+  const auto use = [&](const std::vector<std::uint32_t>& materials) {
+    for (const std::uint32_t m : materials)
+      if (m < used.size()) used[m] = true;
+  };
+  use(scene.mesh.materials);
+  use(scene.fibres.materials);
+  std::vector<bool> placed(scene.shapes.size(), false);
+  for (const Instance& instance : scene.instances) placed[instance.shape] = true;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i)
+    if (placed[i]) use(scene.shapes[i].materials);
+  return used;
 }
 
 V2f uv_at(const Mesh& mesh, std::uint32_t triangle, double b1, double b2) {

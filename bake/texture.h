@@ -33,8 +33,10 @@ class TextureSet {
   [[nodiscard]] bool any_cutouts() const;
   // Whether sampling the material needs uv at all.
   [[nodiscard]] bool textured(std::uint32_t material) const;
+  [[nodiscard]] bool double_sided(std::uint32_t material) const;  // the material says so itself
+  // Whether a surface seen from behind shows its back; of a solid nobody sees it.
   [[nodiscard]] bool two_sided(std::uint32_t material, Sidedness sidedness) const {
-    return sidedness == Sidedness::kAlways || (sidedness == Sidedness::kAuto && has_cutouts(material));
+    return sidedness == Sidedness::kAlways || (sidedness == Sidedness::kAuto && (has_cutouts(material) || double_sided(material)));
   }
 
   // `uv` as the mesh has it (scale, offset and clamp are applied here; v = 0 is the bottom row); `footprint`: width in uv of what
@@ -47,6 +49,9 @@ class TextureSet {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// Per material, whether surface of the scene is of it.
+[[nodiscard]] std::vector<bool> used_materials(const Scene& scene);
 
 // uv at barycentrics (b1, b2) of corners 1 and 2; (0,0) where the triangle has none.
 [[nodiscard]] V2f uv_at(const Mesh& mesh, std::uint32_t triangle, double b1, double b2);

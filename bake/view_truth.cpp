@@ -10,6 +10,7 @@
 #include "bake/shading.h"
 #include "bake/view_density.h"
 #include "formats/error.h"
+#include "formats/instances.h"
 
 namespace texel {
 
@@ -18,13 +19,13 @@ namespace {
 constexpr int kMaxLayers = 256;        // surfaces one ray may pass; beyond it what is left counts as seen
 constexpr float kSeen = 1.0f / 1024;   // transmittance below which a ray ends
 
-// Which triangles the bake turns over, so that both pictures light the same side. Empty: none, or the bake would refuse the scene.
-std::vector<std::int8_t> turned(const Scene& scene, const TextureSet& textures) {
+// The plan of the bake, for which triangles it turns over, so that both pictures light the same side. Empty where the bake would refuse the scene.
+Plan plan_of(const Scene& scene, const TextureSet& textures) {
   std::vector<bool> cutouts;
   for (std::uint32_t m = 0; m < scene.materials.size(); ++m) cutouts.push_back(textures.has_cutouts(m));
   Report unheard;
   try {
-    return make_plan(scene, Recipe{}, cutouts, unheard).turn;
+    return make_plan(scene, Recipe{}, cutouts, unheard);
   } catch (const Error&) {
     return {};
   }
@@ -39,33 +40,57 @@ struct Truth {
   V3f ambient;
   TextureSet textures;
   RayScene geometry;
-  std::vector<std::int8_t> turn;       // −1: the triangle's other side is its front
+  Plan plan;                           // turn −1: the triangle's other side is its front
+  struct Piece { std::size_t point; std::uint32_t material; };
+  std::vector<Piece> pieces;           // of fibres, as the rays number them
   std::vector<float> uv_scale;         // uv_per_world of each triangle, where its material is textured
 
   Truth(const Scene& s, const ViewOptions& o, Report& report)
       : scene(s), options(o), rays(make_rays(o.camera, o.width, o.height)), sample_share(1 / std::sqrt(static_cast<double>(o.samples))), lights(view_lights(o, rays)), ambient(ambient_of(lights)),
-        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures, {o.grid.box(), o.cyclic, 1}), turn(turned(s, textures)) {
+        textures(s, TextureSet::Need::kColor, report), geometry(s, &textures, {o.grid.box(), o.cyclic, 1}), plan(plan_of(s, textures)) {
+    for (std::size_t k = 0; k < s.fibres.strands(); ++k)
+      for (std::size_t i = s.fibres.first[k]; i + 1 < s.fibres.first[k + 1]; ++i) pieces.push_back({i, s.fibres.materials[k]});
     uv_scale.resize(s.mesh.triangles.size(), 0.0f);
     for (std::uint32_t t = 0; t < uv_scale.size(); ++t)
-      if (textures.textured(material(t))) uv_scale[t] = uv_per_world(s.mesh, t);
+      if (textures.textured(material_of(s.mesh, t))) uv_scale[t] = uv_per_world(s.mesh, t);
   }
 
-  [[nodiscard]] std::uint32_t material(std::uint32_t triangle) const {
-    const auto& m = scene.mesh.materials;
-    return triangle < m.size() && m[triangle] < scene.materials.size() ? m[triangle] : 0;
+  [[nodiscard]] bool is_fibre(const RayScene::Hit& hit) const { return hit.instance == kNoIndex && hit.triangle >= scene.mesh.triangles.size(); }
+  [[nodiscard]] const Mesh& mesh_of(const RayScene::Hit& hit) const { return hit.instance == kNoIndex ? scene.mesh : scene.shapes[scene.instances[hit.instance].shape]; }
+  [[nodiscard]] std::uint32_t material_of(const Mesh& mesh, std::uint32_t triangle) const {
+    return triangle < mesh.materials.size() && mesh.materials[triangle] < scene.materials.size() ? mesh.materials[triangle] : 0;
   }
-  [[nodiscard]] bool is_turned(std::uint32_t triangle) const { return triangle < turn.size() && turn[triangle] < 0; }
-  [[nodiscard]] bool faces_eye(const RayScene::Hit& hit) const { return hit.front != is_turned(hit.triangle); }
+  [[nodiscard]] std::uint32_t material(const RayScene::Hit& hit) const {
+    return is_fibre(hit) ? pieces[hit.triangle - scene.mesh.triangles.size()].material : material_of(mesh_of(hit), hit.triangle);
+  }
+  // World, of a triangle.
+  [[nodiscard]] V3d corner(const RayScene::Hit& hit, std::size_t i) const {
+    const Mesh& mesh = mesh_of(hit);
+    const V3d& p = mesh.points[mesh.triangles[hit.triangle][i]];
+    return hit.instance == kNoIndex ? p : scene.instances[hit.instance].place * p;
+  }
+  [[nodiscard]] V3d point_of(const RayScene::Hit& hit) const {
+    const double u = static_cast<double>(hit.u), v = static_cast<double>(hit.v);
+    return corner(hit, 0) * (1 - u - v) + corner(hit, 1) * u + corner(hit, 2) * v;
+  }
+  [[nodiscard]] double uv_scale_of(const RayScene::Hit& hit) const;
+  [[nodiscard]] bool is_turned(const RayScene::Hit& hit) const {
+    const bool placed = hit.instance != kNoIndex;
+    if (placed && plan.shapes.empty()) return false;
+    const std::vector<std::int8_t>& turn = placed ? plan.shapes[scene.instances[hit.instance].shape].turn : plan.turn;
+    return hit.triangle < turn.size() && turn[hit.triangle] < 0;
+  }
+  [[nodiscard]] bool faces_eye(const RayScene::Hit& hit) const { return hit.front != is_turned(hit); }
   [[nodiscard]] V3f light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f& albedo) const;
   [[nodiscard]] RayScene::Hit next_hit(const Rays::Ray& ray, double from) const;
   [[nodiscard]] bool clip_to_period(const Rays::Ray& ray, double* from, double* to) const;
+  [[nodiscard]] V3f fibre_color(const RayScene::Hit& hit, const Rays::Ray& ray) const;
   void trace(const Rays::Ray& ray, V3f* color, float* alpha) const;
 };
 
 // Unit normal in double, robust for slivers; zero for a triangle without area.
-V3d facet_normal(const Mesh& mesh, std::uint32_t triangle) {
-  const auto& c = mesh.triangles[triangle];
-  V3d a = mesh.points[c[1]] - mesh.points[c[0]], b = mesh.points[c[2]] - mesh.points[c[0]];
+V3d facet_normal(const V3d& p0, const V3d& p1, const V3d& p2) {
+  const V3d a = p1 - p0, b = p2 - p0;
   const double scale = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
   if (!(scale > 0) || !std::isfinite(scale)) return {0, 0, 0};
   const V3d n = (a / scale).cross(b / scale);
@@ -73,23 +98,32 @@ V3d facet_normal(const Mesh& mesh, std::uint32_t triangle) {
   return length > 0 ? n / length : V3d(0, 0, 0);
 }
 
+double Truth::uv_scale_of(const RayScene::Hit& hit) const {
+  if (hit.instance == kNoIndex) return static_cast<double>(uv_scale[hit.triangle]);
+  const Mesh& mesh = mesh_of(hit);
+  if (!textures.textured(material(hit))) return 0;
+  const auto& c = mesh.triangles[hit.triangle];
+  const V3d p0 = corner(hit, 0);
+  const double before = (mesh.points[c[1]] - mesh.points[c[0]]).cross(mesh.points[c[2]] - mesh.points[c[0]]).length(), after = (corner(hit, 1) - p0).cross(corner(hit, 2) - p0).length();
+  return after > 0 ? static_cast<double>(uv_per_world(mesh, hit.triangle)) * std::sqrt(before / after) : 0;
+}
+
 V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f& albedo) const {
-  const Mesh& mesh = scene.mesh;
-  const std::uint32_t m = material(hit.triangle);
+  const std::uint32_t m = material(hit);
   const Material& stuff = scene.materials.empty() ? Material{} : scene.materials[m];
   const Look look{albedo, stuff.ks, stuff.ke, stuff.roughness};
   V3f sum = look.albedo * ambient + look.ke;
-  V3d n = facet_normal(mesh, hit.triangle);
-  if (is_turned(hit.triangle)) n = -n;
+  V3d n = is_fibre(hit) ? hit.normal : facet_normal(corner(hit, 0), corner(hit, 1), corner(hit, 2));
+  const bool mirrored = hit.instance != kNoIndex && scene.instances[hit.instance].place.determinant() < 0;
+  if (!is_fibre(hit) && is_turned(hit) != mirrored) n = -n;
   const V3d v = -ray.direction;
   if (n.dot(v) < 0) {
     if (!textures.two_sided(m, options.two_sided)) return sum;  // its back: no light of its own gets there
     n = -n;
   }
   // On the triangle itself, in double: no self-shadowing from the ray's rounding.
-  const auto& c = mesh.triangles[hit.triangle];
-  const double u = static_cast<double>(hit.u), w = static_cast<double>(hit.v);
-  const V3d point = mesh.points[c[0]] * (1 - u - w) + mesh.points[c[1]] * u + mesh.points[c[2]] * w;
+  V3d point = ray.origin + ray.direction * hit.distance;
+  if (!is_fibre(hit)) point = point_of(hit);
   for (const Light& light : lights) {
     V3d l;
     V3f color;
@@ -104,7 +138,7 @@ V3f Truth::light_from(const RayScene::Hit& hit, const Rays::Ray& ray, const V3f&
 RayScene::Hit Truth::next_hit(const Rays::Ray& ray, double from) const {
   const double width = sample_share * rays.footprint(0), spread = sample_share * rays.footprint(1) - width;
   const RayScene::Hit hit = geometry.first_covered_hit(ray.origin, ray.direction, from, width, spread);
-  if (hit.triangle == kNoIndex || faces_eye(hit) || textures.two_sided(material(hit.triangle), options.two_sided)) return hit;
+  if (hit.triangle == kNoIndex || faces_eye(hit) || textures.two_sided(material(hit), options.two_sided)) return hit;
   const RayScene::Hit other = geometry.first_covered_hit(ray.origin, ray.direction, hit.distance + geometry.skin() * 0.1, width, spread);
   const bool twin = other.triangle != kNoIndex && faces_eye(other) && other.distance - hit.distance < 2 * geometry.skin();
   return twin ? other : hit;
@@ -126,6 +160,15 @@ bool Truth::clip_to_period(const Rays::Ray& ray, double* from, double* to) const
   return *from < *to;
 }
 
+V3f Truth::fibre_color(const RayScene::Hit& hit, const Rays::Ray& ray) const {
+  const Piece& piece = pieces[hit.triangle - scene.mesh.triangles.size()];
+  const Material& stuff = scene.materials[piece.material];
+  V3f color = stuff.solid ? stuff.solid->color(ray.origin + ray.direction * hit.distance, hit.normal, sample_share * rays.footprint(hit.distance)) : stuff.kd;
+  const std::vector<V3f>& colors = scene.fibres.colors;
+  if (!colors.empty()) color *= colors[piece.point] * (1 - hit.u) + colors[piece.point + 1] * hit.u;
+  return color;
+}
+
 void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
   float left = 1;
   double from = 0, to = std::numeric_limits<double>::infinity();
@@ -133,16 +176,18 @@ void Truth::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
   for (int layer = 0; layer < kMaxLayers && left > kSeen; ++layer) {
     const RayScene::Hit hit = next_hit(ray, from);
     if (hit.triangle == kNoIndex || hit.distance > to) break;
-    const std::uint32_t m = material(hit.triangle);
+    const std::uint32_t m = material(hit);
     const double b1 = static_cast<double>(hit.u), b2 = static_cast<double>(hit.v);
-    const auto footprint = static_cast<float>(sample_share * rays.footprint(hit.distance) * static_cast<double>(uv_scale[hit.triangle]));
-    SurfaceSample there = textures.sample(m, uv_at(scene.mesh, hit.triangle, b1, b2), footprint);
-    there.color *= vertex_color_at(scene.mesh, hit.triangle, b1, b2);
-    if (const SolidTexture* solid = scene.materials.empty() ? nullptr : scene.materials[m].solid.get()) {
-      const auto& c = scene.mesh.triangles[hit.triangle];
-      const V3d point = scene.mesh.points[c[0]] * (1 - b1 - b2) + scene.mesh.points[c[1]] * b1 + scene.mesh.points[c[2]] * b2;
-      there.color = solid->color(point, facet_normal(scene.mesh, hit.triangle), sample_share * rays.footprint(hit.distance));
+    SurfaceSample there{V3f(1, 1, 1), 1};
+    if (is_fibre(hit)) {
+      there.color = fibre_color(hit, ray);
+    } else {
+      const auto footprint = static_cast<float>(sample_share * rays.footprint(hit.distance) * uv_scale_of(hit));
+      there = textures.sample(m, uv_at(mesh_of(hit), hit.triangle, b1, b2), footprint);
+      there.color *= vertex_color_at(mesh_of(hit), hit.triangle, b1, b2);
     }
+    if (const SolidTexture* solid = scene.materials.empty() || is_fibre(hit) ? nullptr : scene.materials[m].solid.get())
+      there.color = solid->color(point_of(hit), facet_normal(corner(hit, 0), corner(hit, 1), corner(hit, 2)), sample_share * rays.footprint(hit.distance));
     const float opacity = there.coverage * (scene.materials.empty() ? 1.0f : std::clamp(scene.materials[m].opacity, 0.0f, 1.0f));
     if (opacity > 0) {
       *color += light_from(hit, ray, there.color) * (left * opacity);
@@ -165,10 +210,13 @@ Image view_truth(const Scene& given, const ViewOptions& options, Report& report)
     Report unheard;  // the bake has told
     patterns = repeat_patterns(given, options.grid, recipe, unheard);
   }
-  const Scene& scene = patterns ? *patterns : given;
+  std::optional<Scene> flat;
+  if (cyclic && !given.instances.empty()) flat = flatten_instances(patterns ? *patterns : given);  // as the bake does
+  const Scene& scene = flat ? *flat : patterns ? *patterns : given;
   if (scene.hypertexture) return view_density(scene, options, report);
   const StageTimer timer(report, "view truth");
-  const Scene repeated = cyclic ? repeat_scene(scene, options.grid, options.cyclic) : Scene{};
+  Scene repeated = cyclic ? repeat_scene(scene, options.grid, options.cyclic) : Scene{};
+  if (cyclic && scene.fibres.strands() > 0) repeated.fibres = repeat_fibres(scene.fibres, options.grid, options.cyclic);
   const Truth truth(cyclic ? repeated : scene, options, report);
   return trace_pixels(truth.rays, options.samples, options.threads, "view truth", report,
                       [&truth](const Rays::Ray& ray, V3f* color, float* alpha) { truth.trace(ray, color, alpha); });

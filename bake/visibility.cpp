@@ -204,21 +204,34 @@ struct Tracer {
       int inside = winding;
       for (std::size_t i = c; i-- > first;) {
         const double from_back = back * static_cast<double>(list[i].coverage);
-        add_surface(list[i].triangle, std::max(seen[i - first], from_back), cell.index);
+        add_surface(list[i], std::max(seen[i - first], from_back), cell.index);
         inside -= list[i].winding;
         back = inside != 0 ? 0 : back * (1 - static_cast<double>(list[i].coverage));
       }
     }
   }
 
-  void add_surface(std::uint32_t triangle, double weight, std::int64_t voxel) const {
+  void add_surface(const Crossing& c, double weight, std::int64_t voxel) const {
     if (!(weight > 0)) return;
-    const auto& t = bundle.scene->mesh.triangles[triangle];
-    const V3d n = triangle_normal(bundle.plan->points[t[0]], bundle.plan->points[t[1]], bundle.plan->points[t[2]]) * static_cast<double>(bundle.plan->turn[triangle]);
+    if (const FibreSegment* fibre = crossed_fibre(bundle, c)) return add_fibre_seen(*fibre, weight, voxel);
+    const Face face = crossed_face(bundle, c);
+    const V3d n = triangle_normal(face.p[0], face.p[1], face.p[2]) * static_cast<double>(face.turn);
     const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
     if (!(sum > 0)) return;
     const double area = weight / (sum * bundle.pattern.rays());
-    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->two_sided[bundle.scene->mesh.materials[triangle]]);
+    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->is_two_sided(face.winding, face.material));
+  }
+
+  // A piece's whole wall goes with the rays its three shadows get.
+  void add_fibre_seen(const FibreSegment& fibre, double weight, std::int64_t voxel) const {
+    const FibreShape shape = fibre_shape(fibre);
+    const double rays = shape.shadow.x + shape.shadow.y + shape.shadow.z;
+    if (!(rays > 0)) return;
+    Moments m;
+    m.covered = shape.area;
+    m.xx = m.yy = m.zz = shape.across;
+    add_outer(m, shape.t, shape.along - shape.across);
+    (*visible)[static_cast<std::size_t>(voxel)].add(m, weight / (rays * bundle.pattern.rays()));
   }
 
   void level_column(Worker& w, int level, int cu, int cv, std::vector<InsideRun>* runs) const {

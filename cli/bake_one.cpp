@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "bake/bake.h"
+#include "bake/fibre.h"
 #include "bake/height_mesh.h"
 #include "bake/polygonize.h"
 #include "bake/view.h"
@@ -76,16 +77,12 @@ double memory_estimate(const Scene& scene, const Settings& settings, const Grid&
     const V3d size = (solid.box.isEmpty() ? grid.box() : solid.box).size();
     implicit_area += 2 * std::numbers::pi / 4 * (size.x * size.y + size.y * size.z + size.z * size.x);
   }
-  // Instances become triangles of their own; what a placement makes of an area is about the square of its mean scale.
-  double placed_area = 0, placed_points = 0;
+  double placed_area = 0;
   std::vector<double> shape_areas;
   for (const Mesh& shape : scene.shapes) shape_areas.push_back(mesh_area(shape));
-  for (const Instance& instance : scene.instances) {
-    placed_area += shape_areas[instance.shape] * std::pow(std::abs(instance.place.determinant()), 2.0 / 3.0);
-    placed_points += static_cast<double>(scene.shapes[instance.shape].points.size());
-  }
-  const double area = mesh_area(mesh) + placed_area + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
-  const double geometry = made + 24.0 * (static_cast<double>(mesh.points.size()) + placed_points) + 60.0 * static_cast<double>(count_triangles(scene));
+  for (const Instance& instance : scene.instances) placed_area += shape_areas[instance.shape] * std::pow(std::abs(instance.place.determinant()), 2.0 / 3);
+  const double area = mesh_area(mesh) + placed_area + fibre_area(scene.fibres) + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
+  const double geometry = made + 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
   const double cells = std::min(1.5 * area / (grid.h * grid.h), static_cast<double>(grid.voxels()));
   constexpr double kBytesPerCell = 4 * 40, kBytesPerCrossing = 24;  // 40 stored floats and moments; place, triangle, side
   const double crossings = cells * recipe.samples * recipe.samples;
@@ -120,6 +117,7 @@ std::string plan_text(const Scene& scene, const Settings& settings, const Grid& 
   if (scene.hypertexture) line("density", hypertexture_name(scene.hypertexture->preset));
   else line("triangles", grouped(static_cast<std::int64_t>(count_triangles(scene))));
   if (!scene.instances.empty()) line("instances", grouped(static_cast<std::int64_t>(scene.instances.size())) + " of " + grouped(static_cast<std::int64_t>(scene.shapes.size())) + (scene.shapes.size() == 1 ? " shape" : " shapes"));
+  if (const std::size_t strands = scene.fibres.strands()) line("fibres", grouped(static_cast<std::int64_t>(strands)) + " of " + grouped(static_cast<std::int64_t>(scene.fibres.points.size() - strands)) + " segments");
   if (!scene.implicits.empty()) line("implicit", grouped(static_cast<std::int64_t>(scene.implicits.size())) + (scene.implicits.size() == 1 ? " solid" : " solids"));
   line("box", corner(box.min) + " .. " + corner(box.max));
   line("grid", size_text(grid.n) + " voxels of " + shown(grid.h));
@@ -185,8 +183,8 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome) {
   require_place(settings.output);
   if (settings.recipe.want.slices) require_slice_writer(settings.recipe.write.slice_format);
   if (settings.recipe.want.volume() && !opening.valid()) opening = open_volume_writer();
-  // What is made of functions and heights stands last among the triangles.
-  if (!scene.instances.empty() && !(scene.implicits.empty() && scene.heights.empty())) scene = flatten_instances(scene);
+  // A scene that repeats is baked as triangles, and what is made of functions and heights stands last among them.
+  if (settings.recipe.cyclic != std::array<bool, 3>{} && !scene.instances.empty() && !(scene.implicits.empty() && scene.heights.empty())) scene = flatten_instances(scene);
   scene = polygonize(mesh_heights(std::move(scene), settings.recipe, report), settings.recipe, report);  // here rather than in bake: the preview shows it too
   Pack& pack = outcome.pack.emplace(bake(scene, settings.recipe, report));
   pack.recipe_json = recipe;
@@ -198,9 +196,7 @@ void bake_pack(const Settings& settings, Report& report, Outcome& outcome) {
     views.progress = report.progress;
     const SheetOptions sheet{.tile = kTile, .up = up_axis(settings.recipe.up, scene.sources), .lights = settings.recipe.lights,
                              .shadows = settings.recipe.shadows, .threads = settings.recipe.threads, .two_sided = settings.recipe.two_sided};
-    std::optional<Scene> flat;
-    if (!scene.instances.empty()) flat = flatten_instances(scene);
-    pack.preview = contact_sheet(pack, flat ? &*flat : &scene, sheet, views);
+    pack.preview = contact_sheet(pack, &scene, sheet, views);
     for (const Issue& issue : views.issues) report.issue(issue.id, issue.text, issue.count, issue.where);
   }
   stop_if_interrupted();

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Without pictures, which in folders of models are textures, and without .json, of which only scenes are taken.
-constexpr const char* kTaken[] = {".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz"};
+constexpr const char* kTaken[] = {".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".opf", ".gwa", ".ops", ".lig", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz", ".hair"};
 
 std::string small(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

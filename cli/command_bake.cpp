@@ -39,7 +39,7 @@ void refuse_file_name(const std::string& output) {
 
 int command_bake(const Settings& settings) {
   if (settings.inputs.empty() && !makes_scene(settings))
-    throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, a plant (.opf, .gwa, .ops, .lig), a scene (.json), a picture of heights, --implicit, --perlin-field or --hypertexture, or --recipe with a pack");
+    throw Error(Code::kCommandLine, "INPUT", "missing", "name an .obj, .ply, .stl or .off file, a plant (.opf, .gwa, .ops, .lig), hair (.hair, .xml), a scene (.json), a picture of heights, --implicit, --perlin-field or --hypertexture, or --recipe with a pack");
   if (settings.output.empty() && !settings.plan) throw Error(Code::kCommandLine, "--output", "missing", "name the pack's folder, e.g. -o tree.texel");
   refuse_file_name(settings.output);
   for (const std::string& file : {settings.report_file, settings.depfile})

@@ -85,7 +85,7 @@ int command_batch(const Settings& settings) {
   std::error_code ec;
   if (fs::exists(manifest_of(settings.output), ec)) throw Error(Code::kCommandLine, "--output " + settings.output, "is a pack", "name a folder to hold packs");
   const std::vector<BatchItem> items = batch_items(settings.inputs, settings.output);
-  if (items.empty()) throw Error(Code::kBadInput, settings.inputs.front(), "holds no file that can be baked", "name files, or a folder with .obj, .ply, .stl, .off, plants or volumes");
+  if (items.empty()) throw Error(Code::kBadInput, settings.inputs.front(), "holds no file that can be baked", "name files, or a folder with .obj, .gltf, .glb, .ply, .stl, .off, plants or volumes");
   fs::create_directories(settings.output, ec);
   if (ec) throw Error(Code::kFile, settings.output, "cannot be made (" + ec.message() + ")", "check the folder above it");
   const std::string report_file = settings.report_file.empty() ? (fs::path(settings.output) / "batch-report.json").string() : settings.report_file;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "bake/fibre.h"
 #include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
 #include "bake/polygonize.h"
@@ -40,9 +41,8 @@ Format picture_format(const std::string& path) {
 
 Box3d bounds(const Scene& scene) {
   if (scene.hypertexture) return density_bounds(*make_density(*scene.hypertexture, 0));
-  Box3d box;
-  for (const auto& triangle : scene.mesh.triangles)
-    for (const std::uint32_t corner : triangle) box.extendBy(scene.mesh.points[corner]);
+  Box3d box = surface_bounds(scene);
+  box.extendBy(fibre_bounds(scene.fibres));
   return box;
 }
 
@@ -73,7 +73,6 @@ Settings sources_of(const Settings& settings) {
 }
 
 Scene meshed(Scene scene, const Recipe& recipe, Report& report) {
-  if (!scene.instances.empty()) scene = flatten_instances(scene);
   return polygonize(mesh_heights(std::move(scene), recipe, report), recipe, report);
 }
 

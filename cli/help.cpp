@@ -17,7 +17,7 @@ struct CommandText {
 
 constexpr std::array<CommandText, 5> kCommands = {{
     {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene (several inputs: one scene)",
-     "INPUT is an .obj (with its .mtl and textures), .ply, .stl or .off file, a plant (.opf, .gwa, .ops, .lig), or a picture of heights; --implicit and --perlin-field stand for one.\n"
+     "INPUT is an .obj (with its .mtl and textures), .gltf, .glb, .ply, .stl or .off file, a plant (.opf, .gwa, .ops, .lig), hair (.hair, .xml), or a picture of heights; --implicit and --perlin-field stand for one.\n"
      "A scene file (.json, docs/scenes.md) places inputs, once or a million times; of several texels in it --texel chooses one.\n"
      "A pack is a folder: manifest.json, volume.vdb with its coarser levels, stacks of RGBA slices and preview.png.\n"
      "A pack made by this version from the same bytes with the same recipe is left alone (--force bakes it anyway).\n",

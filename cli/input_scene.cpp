@@ -18,7 +18,7 @@ namespace texel {
 namespace {
 
 ReadOptions read_options(const Recipe& recipe) {
-  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .texel = recipe.texel, .heights = recipe.heights};
+  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .fibres = recipe.fibres, .texel = recipe.texel, .heights = recipe.heights};
 }
 
 Hypertexture hypertexture(const HypertextureOptions& given) {
@@ -40,6 +40,7 @@ Box3d known_bounds(const Scene& scene, const Recipe& recipe) {
   if (recipe.box) return *recipe.box;
   if (scene.hypertexture) return density_bounds(*make_density(*scene.hypertexture, 0));
   Box3d box = surface_bounds(scene);
+  for (const V3d& p : scene.fibres.points) box.extendBy(p);
   for (const Implicit& solid : scene.implicits)
     if (!solid.box.isEmpty()) box.extendBy(solid.box);
   return box;
@@ -119,7 +120,7 @@ Scene base_scene(const Settings& settings, Report& report) {
   if (!settings.inputs.empty() || !settings.recipe.implicit.empty() || settings.recipe.heights.perlin.period > 0) scene = read_scene(settings.inputs, read_options(settings.recipe), report);
   if (!scene.heights.empty())
     throw Error(Code::kUnsupported, scene.heights.front().name, "is a height field, and --hypertexture needs a function", "leave it out for a ball, or give --implicit");
-  if (!scene.mesh.triangles.empty() || !scene.instances.empty())
+  if (!scene.mesh.triangles.empty() || !scene.instances.empty() || scene.fibres.strands() > 0)
     throw Error(Code::kUnsupported, settings.inputs.front(), "is a mesh, and --hypertexture needs a function", "leave the file out for a ball, or give --implicit");
   if (scene.implicits.size() > 1)
     throw Error(Code::kUnsupported, "--hypertexture", std::to_string(scene.implicits.size()) + " shapes given, and it takes one", "join them into one");

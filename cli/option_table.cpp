@@ -99,7 +99,7 @@ OptionRow number(OptionRow row, Ref ref, Interval interval) {
   };
   row.get = [=](const Settings& s) {
     const double v = ref(s);
-    return interval.zero_is_none && v == 0 ? std::string() : number_text(v);
+    return (interval.zero_is_none && v == 0) || v < interval.low ? std::string() : number_text(v);  // below all that can be given: not given
   };
   return row;
 }
@@ -480,6 +480,11 @@ std::vector<OptionRow> option_table() {
               .help = "unit of the angles in .ops files, degrees or radians", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.plants.radians; }, std::vector<std::pair<const char*, bool>>{{"deg", false}, {"rad", true}}),
 
+      number({.name = "fibre-radius", .metavar = "R", .group = kFiles, .commands = kBakes | kView,
+              .help = "radius of the lines in .obj files, in the file's unit; 0 leaves lines out", .in_recipe = true,
+              .shown_default = "1/2000 of their diagonal"},
+             [](auto& s) -> auto& { return s.recipe.fibres.radius; }, {0, 1e30, false, true}),
+
       // Height fields
       number({.name = "height", .metavar = "H", .group = kHeights, .commands = kBakes | kView,
               .help = "world height of value 1: an integer picture's full scale, a float picture's 1.0", .in_recipe = true,
@@ -532,7 +537,7 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.recipe.normals; },
              std::vector<std::pair<const char*, Normals>>{{"all", Normals::kAll}, {"visible", Normals::kVisible}}),
       choice({.name = "two-sided", .metavar = "WHEN", .group = kVolume, .commands = kBakes,
-              .help = "surface lit from both sides; auto: materials with cut-outs", .in_recipe = true},
+              .help = "surface lit from both sides; auto: materials with cut-outs, and where it is no solid those that say so themselves", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.two_sided; },
              std::vector<std::pair<const char*, Sidedness>>{
                  {"auto", Sidedness::kAuto}, {"always", Sidedness::kAlways}, {"never", Sidedness::kNever}}),
@@ -638,7 +643,7 @@ std::vector<OptionRow> option_table() {
 
       // Accuracy
       integer({.name = "samples", .metavar = "S|auto", .group = kAccuracy, .commands = kBakes,
-               .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column; auto: 4, or 6 where textures cut holes", .in_recipe = true},
+               .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column; auto: 4, or 6 where textures cut holes or fibres lie", .in_recipe = true},
               [](auto& s) -> auto& { return s.recipe.samples; }, 1, 64, "auto", 0),
       number({.name = "max-error", .metavar = "E", .group = kAccuracy, .commands = kBakes,
               .help = "choose the samples for this error of alpha; not in this version", .in_recipe = true, .shown_default = "none"},

@@ -20,6 +20,8 @@ target_link_libraries(texel_libdeflate INTERFACE "${LIBDEFLATE_LIBRARY}")
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(nlohmann_json 3.11 CONFIG REQUIRED)
 find_package(CLI11 2.1 CONFIG REQUIRED)
+find_package(draco 1.5 CONFIG REQUIRED)
+find_package(meshoptimizer 0.18 CONFIG REQUIRED)
 
 # OpenImageIO by hand: its CMake config demands its tools and OpenCV's headers, which its -dev package does not bring.
 find_path(OIIO_INCLUDE_DIR OpenImageIO/imageio.h REQUIRED)

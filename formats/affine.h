@@ -1,6 +1,7 @@
 #pragma once
-// Affine maps of space.
+// An affine map of space.
 #include <array>
+#include <cstddef>
 
 #include "formats/grid.h"
 
@@ -13,9 +14,21 @@ struct Affine {
     return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7], m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
   }
   // First b, then this.
-  [[nodiscard]] Affine operator*(const Affine& b) const;
-  [[nodiscard]] double determinant() const;  // of the left 3 x 3
-  [[nodiscard]] static Affine scale(double s);
+  [[nodiscard]] Affine operator*(const Affine& b) const {
+    Affine r;
+    for (std::size_t i = 0; i < 12; i += 4)
+      for (std::size_t j = 0; j < 4; ++j) r.m[i + j] = m[i] * b.m[j] + m[i + 1] * b.m[4 + j] + m[i + 2] * b.m[8 + j] + (j == 3 ? m[i + 3] : 0.0);
+    return r;
+  }
+  // Of the left 3 x 3: below 0 where the map mirrors.
+  [[nodiscard]] double determinant() const {
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+  }
+  [[nodiscard]] static Affine scale(double s) {
+    Affine r;
+    r.m[0] = r.m[5] = r.m[10] = s;
+    return r;
+  }
   [[nodiscard]] static Affine scale(const V3d& s);
   [[nodiscard]] static Affine translation(const V3d& by);
   // About a unit axis through the origin, counter-clockwise seen against it; multiples of 90 degrees are exact about x, y and z.

@@ -45,6 +45,18 @@ void decode_steps(Image& image, int integer_bits, bool raw) {
     }
 }
 
+template <class Read>
+Image finished_image(const std::string& name, bool raw, Read read) {
+  Image image;
+  int integer_bits = 0;
+  std::string message;
+  if (!read(image, integer_bits, message)) throw Error(Code::kFile, name, message, "save the picture again as PNG");
+  for (float& value : image.pixels)
+    if (!std::isfinite(value)) value = 0;  // float pictures only; sums over a texture must stay finite
+  if (integer_bits > 0) decode_steps(image, integer_bits, raw);
+  return image;
+}
+
 void check_shape(const Image& image, const std::string& path) {
   const bool shaped = image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4;
   const auto values = static_cast<std::size_t>(std::max(image.width, 0)) * static_cast<std::size_t>(std::max(image.height, 0)) *
@@ -190,14 +202,44 @@ float linear_to_srgb(float linear) {
 Image read_image(const std::string& path, bool raw) {
   std::error_code ec;
   if (!std::filesystem::is_regular_file(path, ec)) throw Error(Code::kFile, path, "picture not found");
-  Image image;
-  int integer_bits = 0;
-  std::string message;
-  if (!image_module().read(path.c_str(), image, integer_bits, message)) throw Error(Code::kFile, path, message, "save the picture again as PNG");
-  for (float& value : image.pixels)
-    if (!std::isfinite(value)) value = 0;  // float pictures only; sums over a texture must stay finite
-  if (integer_bits > 0) decode_steps(image, integer_bits, raw);
-  return image;
+  return finished_image(path, raw, [&](Image& image, int& bits, std::string& message) { return image_module().read(path.c_str(), image, bits, message); });
+}
+
+Image read_image(const std::string& bytes, const std::string& name, bool raw) {
+  return finished_image(name, raw, [&](Image& image, int& bits, std::string& message) { return image_module().read_memory(bytes.data(), bytes.size(), image, bits, message); });
+}
+
+void threshold_alpha(Image& image, float cutoff) {
+  if (!image.has_alpha()) return;
+  const int n = image.channels, w = image.width, h = image.height;
+  std::vector<float> alpha(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
+  for (std::size_t i = 0; i < alpha.size(); ++i) alpha[i] = image.pixels[i * static_cast<std::size_t>(n) + static_cast<std::size_t>(n) - 1];
+  const auto at = [&](int x, int y) { return alpha[static_cast<std::size_t>(std::clamp(y, 0, h - 1)) * static_cast<std::size_t>(w) + static_cast<std::size_t>(std::clamp(x, 0, w - 1))]; };
+  constexpr int kPlaces = 4;  // a side
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) {
+      float a[3][3], low = 2, high = -1;
+      for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i) {
+          a[j][i] = at(x + i - 1, y + j - 1);
+          low = std::min(low, a[j][i]);
+          high = std::max(high, a[j][i]);
+        }
+      int there = high < cutoff ? 0 : kPlaces * kPlaces;
+      if (low < cutoff && high >= cutoff) {
+        there = 0;
+        for (int j = 0; j < kPlaces; ++j)
+          for (int i = 0; i < kPlaces; ++i) {
+            // From the texel's middle, −½ … ½: between it and its neighbour on that side.
+            const float dx = (static_cast<float>(i) + 0.5f) / kPlaces - 0.5f, dy = (static_cast<float>(j) + 0.5f) / kPlaces - 0.5f;
+            const int sx = dx < 0 ? 0 : 2, sy = dy < 0 ? 0 : 2;
+            const float fx = std::abs(dx), fy = std::abs(dy);
+            const float value = (a[1][1] * (1 - fx) + a[1][sx] * fx) * (1 - fy) + (a[sy][1] * (1 - fx) + a[sy][sx] * fx) * fy;
+            there += value >= cutoff;
+          }
+      }
+      image.at(x, y)[n - 1] = static_cast<float>(there) / (kPlaces * kPlaces);
+    }
 }
 
 Samples read_samples(const std::string& path) {

@@ -26,6 +26,12 @@ struct Image {
 // `raw` leaves values as stored (for alpha masks and heights). Loads the image module on first use.
 // Throws Error{kFile} when the file is missing or damaged, Error{kUnsupported} when the module is not installed. Thread-safe.
 [[nodiscard]] Image read_image(const std::string& path, bool raw = false);
+// The same of a picture's file in memory: PNG, JPEG or WebP. `name`: what messages call it.
+[[nodiscard]] Image read_image(const std::string& bytes, const std::string& name, bool raw);
+
+// Alpha >= cutoff counts as 1, below as 0, of alpha as bilinear interpolation between the texels has it: each texel gets the share of its
+// area where it is 1, to 1/16. Does nothing without an alpha channel.
+void threshold_alpha(Image& image, float cutoff);
 
 // A picture's values as stored, for heights: no curve is undone and nothing is scaled, so that every integer and every float is exact.
 struct Samples {

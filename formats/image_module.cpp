@@ -1,6 +1,7 @@
 // texel_image.so: everything that needs OpenImageIO. It links nothing else of ours.
 #include "formats/image_module.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <exception>
 #include <limits>
+#include <string_view>
 #include <vector>
 
 namespace texel {
@@ -73,6 +75,36 @@ bool read_file(const char* path, Image& image, int& integer_bits, std::string& m
     OIIO::ImageSpec ask;
     ask.attribute("oiio:UnassociatedAlpha", 1);
     const auto file = OIIO::ImageInput::open(path, &ask);
+    if (file) return read_open(*file, image, integer_bits, message);
+    message = "is no picture that can be read (" + OIIO::geterror() + ")";
+  } catch (const std::exception& e) {
+    message = std::string("cannot be read (") + e.what() + ")";
+  }
+  return false;
+}
+
+// The name of a file with these first bytes; null: none that is read from memory.
+const char* name_of(const void* bytes, std::size_t count) {
+  const std::string_view head(static_cast<const char*>(bytes), std::min<std::size_t>(count, 16));
+  if (head.starts_with("\x89PNG")) return "picture.png";
+  if (head.starts_with("\xff\xd8\xff")) return "picture.jpg";
+  if (head.starts_with("RIFF") && head.substr(8 < head.size() ? 8 : head.size()).starts_with("WEBP")) return "picture.webp";
+  return nullptr;
+}
+
+bool read_memory(const void* bytes, std::size_t count, Image& image, int& integer_bits, std::string& message) {
+  try {
+    const char* name = name_of(bytes, count);
+    if (!name) {
+      message = "is neither PNG, JPEG nor WebP by its first bytes";
+      return false;
+    }
+    OIIO::Filesystem::IOMemReader memory(const_cast<void*>(bytes), count);  // only read; the type has no other constructor
+    OIIO::ImageSpec ask;
+    ask.attribute("oiio:UnassociatedAlpha", 1);
+    void* proxy = static_cast<OIIO::Filesystem::IOProxy*>(&memory);
+    ask.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);  // version 2.4 forgets the argument where there is a configuration
+    const auto file = OIIO::ImageInput::open(name, &ask, &memory);
     if (file) return read_open(*file, image, integer_bits, message);
     message = "is no picture that can be read (" + OIIO::geterror() + ")";
   } catch (const std::exception& e) {
@@ -172,4 +204,4 @@ bool write_exr_file(const char* path, const Image& image, std::string& message) 
 }  // namespace texel
 
 extern "C" __attribute__((visibility("default"))) const texel::ImageModule texel_image_module;
-const texel::ImageModule texel_image_module = {texel::kImageModuleVersion, texel::read_file, texel::read_sample_file, texel::write_exr_file};
+const texel::ImageModule texel_image_module = {texel::kImageModuleVersion, texel::read_file, texel::read_memory, texel::read_sample_file, texel::write_exr_file};

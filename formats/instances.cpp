@@ -36,8 +36,9 @@ std::uint64_t count_triangles(const Scene& scene) {
   return count;
 }
 
-Box3d surface_bounds(const Scene& scene) {
-  Box3d box = mesh_bounds(scene.mesh, nullptr);
+Box3d surface_bounds(const Scene& scene) { return instance_bounds(scene, mesh_bounds(scene.mesh, nullptr)); }
+
+Box3d instance_bounds(const Scene& scene, Box3d box) {
   std::vector<Box3d> shapes;
   for (const Mesh& shape : scene.shapes) shapes.push_back(mesh_bounds(shape, nullptr));
   for (const Instance& instance : scene.instances) {

@@ -12,6 +12,8 @@ namespace texel {
 // Bounds of all points that the mesh's and the instances' triangles use (world), exact; empty where there is none. Cost: O(points of the
 // shapes) for each instance whose box reaches beyond what is known already.
 [[nodiscard]] Box3d surface_bounds(const Scene& scene);
+// `known` grown by the instances alone.
+[[nodiscard]] Box3d instance_bounds(const Scene& scene, Box3d known);
 
 // Appends the shape, moved, to the mesh. Where the map mirrors, corners are turned round.
 void place_shape(const Mesh& shape, const Affine& place, Mesh& mesh);

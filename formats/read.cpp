@@ -7,6 +7,7 @@
 
 #include "formats/error.h"
 #include "formats/expression.h"
+#include "formats/fibres.h"
 #include "formats/plant.h"
 #include "formats/plant_files.h"
 #include "formats/read_scene_file.h"
@@ -17,10 +18,10 @@
 namespace texel {
 namespace {
 
-enum class Format { kUnknown, kObj, kPly, kStl, kOff, kOpf, kGwa, kOps, kLig, kSmb, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz };
+enum class Format { kUnknown, kObj, kPly, kStl, kOff, kGltf, kGlb, kOpf, kGwa, kOps, kLig, kSmb, kShape, kVdb, kDf3, kMhd, kMha, kInr, kInrGz, kHair, kXml };
 
-constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz"};
-constexpr const char* kReadable = ".obj, .ply, .stl, .off, .opf, .gwa, .ops, .lig, .smb, .json, .vdb, .df3, .mhd, .mha, .inr or .inr.gz, or a picture of heights (.png, .tif, .exr)";
+constexpr const char* kNames[] = {"", ".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".opf", ".gwa", ".ops", ".lig", ".smb", ".json", ".vdb", ".df3", ".mhd", ".mha", ".inr", ".inr.gz", ".hair", ".xml"};
+constexpr const char* kReadable = ".obj, .ply, .stl, .off, .gltf, .glb, .opf, .gwa, .ops, .lig, .smb, .json, .vdb, .df3, .mhd, .mha, .inr, .inr.gz, .hair or .xml (curves), or a picture of heights (.png, .tif, .exr)";
 
 std::string small_extension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -46,6 +47,8 @@ std::uint32_t little_word(const char* at) {
 // What the first bytes say, where they are unambiguous.
 Format by_content(std::span<const char> bytes) {
   const std::string_view text(bytes.data(), bytes.size());
+  if (text.starts_with("HAIR")) return Format::kHair;
+  if (text.starts_with("glTF")) return Format::kGlb;
   if (text.starts_with("ply\n") || text.starts_with("ply\r")) return Format::kPly;
   if (bytes.size() >= 84 && 84 + 50ull * little_word(bytes.data() + 80) == bytes.size()) return Format::kStl;
   if (const std::string_view root = xml_root(text); root == "opf") return Format::kOpf;
@@ -56,6 +59,7 @@ Format by_content(std::span<const char> bytes) {
   for (const char* name : {"OFF", "COFF", "NOFF", "CNOFF", "STOFF", "STCOFF", "STNOFF", "STCNOFF"})
     if (word == name) return Format::kOff;
   if (word == "solid" && head.find("facet normal") != std::string_view::npos) return Format::kStl;
+  if (head.starts_with('{') && head.find("\"asset\"") != std::string_view::npos) return Format::kGltf;
   for (const char* name : {"mtllib", "usemtl", "vn", "vt", "v"})
     if (word == name) return Format::kObj;
   return Format::kUnknown;
@@ -146,6 +150,8 @@ Scene read_nested(const Input& input, const ReadOptions& options, Report& report
     Scene part = read_one(one.path, own, report, nest);
     if (one.unit > 0 && part.implicits.empty() && part.heights.empty()) {
       for (V3d& p : part.mesh.points) p *= one.unit;
+      for (V3d& p : part.fibres.points) p *= one.unit;
+      for (double& r : part.fibres.radii) r *= one.unit;
       for (Instance& instance : part.instances) instance.place = Affine::scale(one.unit) * instance.place;
     }
     return part;
@@ -180,7 +186,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
   }
   const FileBytes file(path);
   const Input input{file.bytes(), path};
-  const Format content = format > Format::kGwa ? Format::kUnknown : by_content(input.bytes);
+  const Format content = format > Format::kGwa && format < Format::kHair ? Format::kUnknown : by_content(input.bytes);
   if (content != Format::kUnknown && content != format) {
     report.issue("wrong-extension", std::string("is a ") + kNames[static_cast<int>(content)] + " file by its first bytes, and was read as such", 1, path);
     format = content;
@@ -192,9 +198,13 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
   };
   const auto read = [&]() -> Scene {
     switch (format) {
-      case Format::kObj: return read_obj(input, report);
+      case Format::kObj: return read_obj(input, options.fibres, report);
+      case Format::kHair: return read_hair(input, report);
+      case Format::kXml: return read_curves(input, report);
       case Format::kPly: return read_ply(input, report);
       case Format::kStl: return read_stl(input, report);
+      case Format::kGltf:
+      case Format::kGlb: return read_gltf(input, report);
       case Format::kOpf:
       case Format::kGwa: return plant_scene(read_opf(input, report), options.plants, report, path);
       case Format::kOps: return read_ops(input, options.plants, read_mesh, report);
@@ -210,8 +220,11 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
     }
   };
   Scene scene = read();
-  if (options.plants.unit > 0 && format <= Format::kOff)
+  if (options.plants.unit > 0 && (format <= Format::kGlb || format >= Format::kHair)) {
     for (V3d& p : scene.mesh.points) p *= options.plants.unit;
+    for (V3d& p : scene.fibres.points) p *= options.plants.unit;
+    for (double& r : scene.fibres.radii) r *= options.plants.unit;
+  }
   return with_source(std::move(scene), input.bytes.size());
 }
 
@@ -226,7 +239,8 @@ void join_textures(Scene& to, Scene& from) {
   std::vector<int> number;
   for (std::size_t i = 0; i < from.textures.size(); ++i) {
     std::size_t at = 0;
-    while (at < to_raw.size() && !(to.textures[at].path == from.textures[i].path && to_raw[at] == from_raw[i] && to.textures[at].opaque == from.textures[i].opaque)) ++at;
+    const auto same = [&](const Texture& a, const Texture& b) { return a.path == b.path && a.opaque == b.opaque && a.cutoff == b.cutoff && a.bytes == b.bytes; };
+    while (at < to_raw.size() && !(same(to.textures[at], from.textures[i]) && to_raw[at] == from_raw[i])) ++at;
     if (at == to_raw.size()) {
       at = to.textures.size();
       to.textures.push_back(from.textures[i]);
@@ -272,6 +286,7 @@ void join_scenes(Scene& to, Scene&& from) {
   append(a.triangles, b.triangles);
   append(a.uv_corners, b.uv_corners);
   append(a.materials, b.materials);
+  join_fibres(to.fibres, std::move(from.fibres), materials);
   const auto shapes = static_cast<std::uint32_t>(to.shapes.size());
   for (Mesh& shape : from.shapes) {
     for (std::uint32_t& material : shape.materials) material += materials;
@@ -367,7 +382,7 @@ void finish_mesh(Scene& scene, Report& report, const std::string& where, const s
     report.issue("non-finite", "vertices that are not finite numbers or too large to compute with; " + std::to_string(dropped) +
                  " triangles that use them were dropped", bad, where);
   }
-  if (mesh.triangles.empty()) {
+  if (mesh.triangles.empty() && scene.fibres.strands() == 0) {
     if (had_triangles) throw Error(Code::kBadInput, where, "every face has a vertex that is not a finite number", "export the mesh again");
     throw Error(Code::kBadInput, where, reason, "give a file with faces");
   }
@@ -467,8 +482,10 @@ Scene read_scene(std::span<const std::string> paths, const ReadOptions& options,
   std::vector<Texture> files = scene.textures;
   scene.load_texture = [files = std::move(files), raw = raw_textures(scene)](int texture) {
     const auto i = static_cast<std::size_t>(texture);
-    Image image = read_image(files.at(i).path, raw.at(i));
-    if (files.at(i).opaque) drop_alpha(image);
+    const Texture& file = files.at(i);
+    Image image = file.bytes ? read_image(*file.bytes, file.name, raw.at(i)) : read_image(file.path, raw.at(i));
+    if (file.opaque) drop_alpha(image);
+    if (file.cutoff >= 0) threshold_alpha(image, file.cutoff);
     return image;
   };
   return std::move(scene);

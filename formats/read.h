@@ -4,8 +4,10 @@
 //   extension  points  uv  colour  material  texture  polygons     notes
 //   .obj       x       x   x       x (.mtl)  x        any          ASCII; negative indices, continuation lines, CRLF
 //   .ply       x       x   x                          any          ASCII and binary, both byte orders
+//   .hair      fibres; x colour along them                                 Cem Yuksel's; .xml: curves of Embree scenes; .obj lines are fibres, too
 //   .stl       x                                      triangles    ASCII and binary; equal vertices are welded
 //   .off       x           x                          any          ASCII and binary; OFF, COFF, NOFF, STOFF
+//   .gltf .glb x       x   x       x         x        triangles    glTF 2.0 (docs/inputs.md), also Draco and meshopt
 //   .opf .gwa  x               x                      any          plants (docs/inputs.md), centimetres, in the scene metres
 //   .ops       places .opf, .gwa and .lig files; .lig with its .dta or .dsp and .smb files: line trees; .smb: one symbol of theirs
 //   pictures   a height field (docs/inputs.md): .png .tif .tiff .exr .jpg .jpeg .hdr .bmp .tga .pgm .ppm .pnm .pfm .webp .jp2
@@ -17,6 +19,7 @@
 #include <span>
 #include <string>
 
+#include "formats/fibre_options.h"
 #include "formats/height_field.h"
 #include "formats/plant_options.h"
 #include "formats/report.h"
@@ -34,6 +37,7 @@ struct ReadOptions {
   std::string implicit;        // formats/expression.h; empty: none
   std::optional<double> iso;   // of all implicit surfaces; default: the input's own
   PlantOptions plants{};       // how plant files are read; a unit given there scales meshes, too
+  FibreOptions fibres{};       // what the lines of .obj files are
   std::string texel{};         // which one of scene files; empty: the one there is
   HeightOptions heights;       // how pictures are read; a noise field it asks for is a scene of its own, joined last
 };

@@ -47,7 +47,7 @@ void add_color(const HeightOptions& options, HeightField& field, Scene& scene) {
     if (!std::filesystem::is_regular_file(options.color, ec)) throw Error(Code::kFile, options.color, "picture not found", "give --height-color a picture");
     material.kd = V3f(1, 1, 1);
     material.map_kd.texture = static_cast<int>(scene.textures.size());
-    material.map_kd.clamp = true;
+    material.map_kd.wrap.fill(Wrap::kClamp);
     scene.textures.push_back({options.color, options.color, true});
     add_source(scene, options.color);
     field.textured = true;

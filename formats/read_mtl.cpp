@@ -139,7 +139,7 @@ class MtlReader {
       } else if (option == "-bm" || option == "-boost" || option == "-texres") {
         numbers(1, v);
       } else if (option == "-clamp") {
-        read.use.clamp = text_.word() == "on";
+        read.use.wrap.fill(text_.word() == "on" ? Wrap::kClamp : Wrap::kRepeat);
       } else if (option == "-imfchan") {
         const std::string_view channel = text_.word();
         read.channel_chosen = true;

@@ -1,11 +1,13 @@
 // OBJ after the "Object Files" appendix of Wavefront's Advanced Visualizer manual (1993), with vertex colours as MeshLab and others
-// write them. Polygons only: curves, surfaces, lines and points are skipped. Normals are not read: geometry's own are used.
+// write them. Polygons, and lines as fibres; curves, surfaces and points are skipped. Normals are not read: geometry's own are used.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <map>
 
 #include "formats/error.h"
+#include "formats/fibres.h"
 #include "formats/readers.h"
 #include "formats/triangulate.h"
 
@@ -28,7 +30,7 @@ struct Tally {
 
 class ObjReader {
  public:
-  ObjReader(const Input& input, Report& report) : input_(input), text_(input), report_(report) {}
+  ObjReader(const Input& input, const FibreOptions& lines, Report& report) : input_(input), text_(input), line_options_(lines), report_(report) {}
 
   Scene read() {
     reserve();
@@ -38,9 +40,10 @@ class ObjReader {
     finish_colors();
     finish_uvs();
     resolve_materials();
+    add_fibres();
     report_issues();
     if (bad_.count > 0) finish_mesh(scene_, report_, text_.where(bad_.first), "no face can be used: " + bad_reason_);
-    else if (lines_.count > 0) finish_mesh(scene_, report_, text_.where(lines_.first), "holds only lines, points or curves, no face");
+    else if (lines_.count > 0) finish_mesh(scene_, report_, text_.where(lines_.first), "holds only points, curves or lines that are left out, no face");
     else finish_mesh(scene_, report_, input_.path, "holds no face");
     return std::move(scene_);
   }
@@ -97,6 +100,8 @@ class ObjReader {
       read_library(text_.rest_of_line(), at);
     } else if (word == "fo") {
       face(at);  // the first OBJ writers' name for f
+    } else if (word == "l" && line_options_.radius != 0) {
+      polyline(at);
     } else if (word == "l" || word == "p" || word == "curv" || word == "curv2" || word == "surf") {
       lines_.add(at);
     }
@@ -207,6 +212,55 @@ class ObjReader {
     if (scene_.mesh.points.size() >= kNoIndex) throw Error(Code::kUnsupported, text_.where(at), "more than 2^32 vertices");
     if (forward_) waiting_.push_back({at, current_material(), corners_});
     else add_face(at, corners_, current_material());
+  }
+
+  // Kept until the radius is known, which may depend on all of them.
+  void polyline(const char* at) {
+    corners_.clear();
+    forward_ = false;
+    while (!text_.line_is_over() && text_.peek() != '#')
+      if (!corner(at)) return;
+    if (corners_.size() < 2) {
+      (void)drop(at, "a line has " + std::to_string(corners_.size()) + " points");
+      return;
+    }
+    line_starts_.push_back({at, line_points_.size(), current_material()});
+    for (const Corner& c : corners_) line_points_.push_back(c.point);
+  }
+
+  // The lines' own points say how thick they are where nobody does.
+  double line_radius() {
+    if (line_options_.radius > 0) return line_options_.radius;
+    Box3d box;
+    const auto finite = [](const V3d& p) { return std::abs(p.x) <= 1e100 && std::abs(p.y) <= 1e100 && std::abs(p.z) <= 1e100; };
+    for (const std::uint32_t p : line_points_)
+      if (p < scene_.mesh.points.size() && finite(scene_.mesh.points[p])) box.extendBy(scene_.mesh.points[p]);
+    const double radius = box.isEmpty() ? 0 : box.size().length() / 2000;
+    char text[128];
+    std::snprintf(text, sizeof text, "lines have no radius: %.4g, 1/2000 of their diagonal, is used (--fibre-radius R; 0 leaves lines out)", radius);
+    report_.issue("line-radius", text, static_cast<std::int64_t>(line_starts_.size()), text_.where(line_starts_.front().at));
+    return radius;
+  }
+
+  void add_fibres() {
+    if (line_starts_.empty()) return;
+    const double radius = line_radius();
+    const Mesh& mesh = scene_.mesh;
+    FibreBuilder builder(scene_.fibres, !mesh.colors.empty());
+    std::vector<FibrePoint> strand;
+    for (std::size_t l = 0; l < line_starts_.size(); ++l) {
+      strand.clear();
+      const std::size_t end = l + 1 < line_starts_.size() ? line_starts_[l + 1].first : line_points_.size();
+      bool good = true;
+      for (std::size_t i = line_starts_[l].first; i < end && good; ++i) {
+        const std::uint32_t p = line_points_[i];
+        good = p < mesh.points.size() || drop(line_starts_[l].at, "a vertex index is " + std::to_string(std::uint64_t{p} + 1) + " of " + std::to_string(mesh.points.size()) + " vertices");
+        if (good) strand.push_back({mesh.points[p], radius, mesh.colors.empty() ? V3f(1, 1, 1) : mesh.colors[p]});
+      }
+      if (good) builder.strand(strand, line_starts_[l].material);
+    }
+    builder.report_to(report_, text_.where(line_starts_.front().at));
+    if (bad_.count == 0 && scene_.fibres.strands() == 0 && mesh.triangles.empty()) throw Error(Code::kBadInput, text_.where(line_starts_.front().at), builder.reason());
   }
 
   void add_waiting(const Waiting& face) {
@@ -320,8 +374,8 @@ class ObjReader {
     const auto say = [this](const Tally& t, const char* id, const std::string& what) {
       if (t.count > 0) report_.issue(id, what, t.count, text_.where(t.first));
     };
-    say(bad_, "bad-index", "faces that can't be read were dropped; of the first, " + bad_reason_);
-    say(lines_, "obj-lines-ignored", "line, point, curve and surface elements were skipped");
+    say(bad_, "bad-index", std::string(line_starts_.empty() ? "faces" : "faces or lines") + " that can't be read were dropped; of the first, " + bad_reason_);
+    say(lines_, "obj-lines-ignored", "point, curve and surface elements, and lines where --fibre-radius is 0, were skipped");
     say(bad_colors_, "non-finite-color", "vertex colours that are not numbers: white used");
     say(bad_uvs_, "bad-uv", "texture coordinates that are not numbers: 0 0 used");
     say(bad_uv_indices_, "bad-uv-index", "texture coordinate indices that mean nothing: the corner has none");
@@ -334,8 +388,12 @@ class ObjReader {
 
   const Input& input_;
   TextScanner text_;
+  const FibreOptions line_options_;
   Report& report_;
   Scene scene_;
+  struct Line { const char* at; std::size_t first; std::uint32_t material; };
+  std::vector<Line> line_starts_;
+  std::vector<std::uint32_t> line_points_;  // 0-based; checked once all vertices are read
   int missing_libraries_ = 0;
   std::vector<V3f> colored_;  // as stored, until the scale is known
   double largest_color_ = 0;
@@ -355,6 +413,6 @@ class ObjReader {
 
 }  // namespace
 
-Scene read_obj(const Input& input, Report& report) { return ObjReader(input, report).read(); }
+Scene read_obj(const Input& input, const FibreOptions& lines, Report& report) { return ObjReader(input, lines, report).read(); }
 
 }  // namespace texel

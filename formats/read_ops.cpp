@@ -163,6 +163,7 @@ Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& 
       part.mesh = read_mesh(found);
     }
     part.known = part.plant || part.mesh;
+    if (part.mesh && part.mesh->fibres.strands() > 0) throw Error(Code::kUnsupported, found, "holds fibres or lines, which scenes of plants do not place", "leave lines out by --fibre-radius 0");
   };
   const auto in_metres = [&](const Plant& plant) { return Affine::scale(options.unit > 0 ? options.unit : plant.unit); };
   // A part of several rows, in its own space.

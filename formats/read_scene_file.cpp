@@ -394,6 +394,7 @@ class SceneReader : private JsonReader {
     Scene part = files_->read({path, row.unit, row.texel});
     apply_overrides(row, part);
     const bool made_of_triangles = part.implicits.empty() && part.heights.empty() && !part.hypertexture;
+    if (part.fibres.strands() > 0 && row.placed != 1) fail(row.where, "holds fibres or lines (" + row.file + "), which can stand only once", "leave lines out by --fibre-radius 0, or place the input once");
     if (!made_of_triangles) {
       if (row.placed != 1 || row.unit > 0 || row.y_up || !is_identity(row.first))
         fail(row.where, "is a function or a height field (" + row.file + "), which can stand only once, without a transform, unit or up", "bake it by itself, or give a mesh");
@@ -407,11 +408,15 @@ class SceneReader : private JsonReader {
 
   static void move(Scene& part, const Affine& place) {
     move_mesh(part.mesh, place);
+    for (V3d& p : part.fibres.points) p = place * p;
+    const double thicker = std::cbrt(std::abs(place.determinant()));  // round ones stay round: by the mean scale
+    for (double& r : part.fibres.radii) r *= thicker;
     for (Instance& instance : part.instances) instance.place = place * instance.place;
   }
 
   static double reach_of(const Scene& part) {
     double most = mesh_reach(part.mesh);
+    for (const V3d& p : part.fibres.points) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     std::vector<double> shapes;
     for (const Mesh& shape : part.shapes) shapes.push_back(mesh_reach(shape));
     for (const Instance& i : part.instances) most = std::max(most, i.place.reach(shapes[i.shape]));

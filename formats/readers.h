@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/fibre_options.h"
 #include "formats/report.h"
 #include "formats/scene.h"
 #include "formats/text_scanner.h"
@@ -15,10 +16,19 @@
 
 namespace texel {
 
-[[nodiscard]] Scene read_obj(const Input& input, Report& report);
+[[nodiscard]] Scene read_obj(const Input& input, const FibreOptions& lines, Report& report);
 [[nodiscard]] Scene read_ply(const Input& input, Report& report);
 [[nodiscard]] Scene read_stl(const Input& input, Report& report);
 [[nodiscard]] Scene read_off(const Input& input, Report& report);
+
+// A glTF 2.0 file, JSON or binary; the scene is in its metres, y up. Instances are copied. Throws Error{kUnsupported} where they have more than
+// `most_triangles` together, before any is made, and for extensions that are required and not known; Error{kFile} where a file it needs is not there.
+[[nodiscard]] Scene read_gltf(const Input& input, Report& report, std::int64_t most_triangles = std::int64_t{1} << 27);
+
+// Fibres alone: Cem Yuksel's HAIR files, and the curves of an Embree XML scene, cut into pieces off by at most 1/16384 of the diagonal of their
+// control points.
+[[nodiscard]] Scene read_hair(const Input& input, Report& report);
+[[nodiscard]] Scene read_curves(const Input& input, Report& report);
 
 // A picture as a height field, and the cyclic noise that options.perlin asks for. Beyond what read.h says they throw
 // Error{kCommandLine} where options.base is above the lowest height.
@@ -66,7 +76,7 @@ void add_source(Scene& scene, const std::string& path);
 [[nodiscard]] std::vector<bool> raw_textures(const Scene& scene);
 
 // Last step of each reader: drops triangles with a non-finite or absurdly large corner (issue `non-finite`) and puts such points onto a
-// finite one, gives the scene a default material, and throws Error{kBadInput} when no triangle is left, with `reason` at `where`.
+// finite one, gives the scene a default material, and throws Error{kBadInput} when neither triangle nor fibre is left, with `reason` at `where`.
 void finish_mesh(Scene& scene, Report& report, const std::string& where, const std::string& reason);
 
 // Linear colour from three stored sRGB values in [0,1]; values that are not numbers give white and false.

@@ -21,11 +21,14 @@ namespace texel {
 
 inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
-// A texture used by a material: which picture, and MTL's -s, -o, -clamp. uv' = uv·scale + offset; v = 0 is the bottom row.
+// What lies beyond a picture's border, along u or v.
+enum class Wrap { kRepeat, kClamp, kMirror };
+
+// A texture used by a material: which picture, and how it lies: MTL's -s, -o, -clamp, glTF's samplers. uv' = uv·scale + offset; v = 0 is the bottom row.
 struct TextureUse {
   int texture = -1;            // into Scene::textures; −1: none
   V2f scale{1, 1}, offset{0, 0};
-  bool clamp = false;          // else repeats
+  std::array<Wrap, 2> wrap{};  // along u and v
   bool alpha_channel = false;  // map_d only: read the mask from the alpha channel rather than the luminance
   [[nodiscard]] bool used() const { return texture >= 0; }
 };
@@ -39,6 +42,7 @@ struct Material {
   V3f ke{0, 0, 0};             // emission
   float roughness = 1;         // GGX α² root: α = sqrt(2/(Ns+2)); 1 where there is no specular
   float opacity = 1;           // d, or 1 − Tr
+  bool two_sided = false;      // lit from both sides where it is not the surface of a solid
   TextureUse map_kd, map_d;
   std::shared_ptr<const SolidTexture> solid;  // colour by position: instead of kd; null: none
 };
@@ -47,6 +51,8 @@ struct Texture {
   std::string path;            // resolved, readable; readers report a missing file and leave the use out instead
   std::string name;            // as the input names it, for messages
   bool opaque = false;         // its alpha is left out
+  float cutoff = -1;           // >= 0: alpha counts as 1 from this value on, as 0 below
+  std::shared_ptr<const std::string> bytes = nullptr;  // the picture's file, where it is part of another (`path`); null: at `path`
 };
 
 // Triangle soup with shared vertices. Polygons are already triangulated: convex ones as a fan from their first corner,
@@ -64,6 +70,18 @@ struct Mesh {
   // they were made for. `normals`, of surfaces given by functions: their own at each point, unit; 0 where there is none. Empty, or points.size().
   std::size_t made = 0;
   std::vector<V3f> normals;
+};
+
+// Hair, wires, grass blades as lines with a thickness: each strand is a chain of frusta of cones from point to point, closed by a flat disc at
+// either end. Strand s has the points first[s] … first[s + 1] − 1, at least two, no two neighbours equal. All coordinates and radii are finite,
+// radii >= 0 and not all 0 in a strand: readers check (formats/fibres.h).
+struct Fibres {
+  std::vector<V3d> points;               // world
+  std::vector<double> radii;             // world, per point
+  std::vector<V3f> colors;               // linear, per point, multiply the material's kd; empty or points.size()
+  std::vector<std::size_t> first{0};     // strands and one more
+  std::vector<std::uint32_t> materials;  // into Scene::materials, per strand
+  [[nodiscard]] std::size_t strands() const { return first.size() - 1; }
 };
 
 // A mesh of Scene::shapes as it stands in the scene once.
@@ -90,6 +108,7 @@ struct SourceFile {
 
 struct Scene {
   Mesh mesh;                            // all inputs joined
+  Fibres fibres;                        // likewise; the bake makes triangles of those that are thick against a voxel (bake/fibre_tubes.h)
   std::vector<Mesh> shapes;             // meshes that are placed by instances, each in its own space; `made` is 0
   std::vector<Instance> instances;      // placements, in order; formats/instances.h makes triangles of them
   std::vector<Implicit> implicits;      // solids given by functions; bake/polygonize.h makes triangles of them

@@ -22,6 +22,8 @@ LIBRARIES = {
     "zlib": r"zlib\.h$",
     "libdeflate": r"libdeflate\.h$",
     "expat": r"expat\.h$",
+    "Draco": r"draco/",
+    "meshoptimizer": r"meshoptimizer\.h$",
 }
 
 

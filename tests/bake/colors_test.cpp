@@ -155,7 +155,7 @@ TEST(Texture, GradientIsThePiecesMean) {
   s.materials[0].kd = V3f(1, 1, 1);
   add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0));
   add_texture(s, 0, 1024, 4, 3, [](int x, int) { const float v = (static_cast<float>(x) + 0.5f) / 1024; return std::array<float, 4>{v, v, v, 1}; });
-  s.materials[0].map_kd.clamp = true;
+  s.materials[0].map_kd.wrap.fill(Wrap::kClamp);
   Recipe recipe = color_recipe(8);
   recipe.box = Box3d(V3d(0), V3d(1));
   const Pack pack = bake_quietly(s, recipe);
@@ -182,13 +182,58 @@ TEST(Texture, BottomRowIsVZero) {
     EXPECT_NEAR(cd.at(v, 1), v.x < 4 ? 0 : 1, 1e-3);
   });
 }
+// Beyond its border a picture repeats, goes on with its last texel, or comes back: along each axis by itself.
+TEST(Texture, WrapsAlongEachAxis) {
+  Scene s = empty_scene();
+  s.materials[0].kd = V3f(1, 1, 1);
+  add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0));
+  add_texture(s, 0, 8, 8, 3, [](int x, int y) { return std::array<float, 4>{(static_cast<float>(x) + 0.5f) / 8, (static_cast<float>(y) + 0.5f) / 8, 0, 1}; });
+  const auto sampled = [&](const std::array<Wrap, 2>& wrap, float u, float v, float footprint) {
+    s.materials[0].map_kd.wrap = wrap;
+    Report report;
+    return TextureSet(s, TextureSet::Need::kColor, report).sample(0, {u, v}, footprint).color;
+  };
+  const std::array mirror_repeat{Wrap::kMirror, Wrap::kRepeat}, repeat_clamp{Wrap::kRepeat, Wrap::kClamp};
+  for (const float footprint : {0.0f, 0.3f})
+    for (const float u : {0.0625f, 0.25f, 0.6875f, 0.96875f}) {  // exact in floats, and so are their copies
+      const V3f here = sampled(mirror_repeat, u, 0.375f, footprint);
+      for (const float there : {-u, 2 - u, u + 2, u - 2, 6 - u}) EXPECT_EQ(sampled(mirror_repeat, there, 0.375f, footprint), here) << u << " " << there;
+      EXPECT_EQ(sampled(mirror_repeat, u, 2.375f, footprint), here);
+      EXPECT_EQ(sampled(repeat_clamp, u + 3, 5, 0), sampled(repeat_clamp, u, 1, 0));
+    }
+  EXPECT_FLOAT_EQ(sampled(mirror_repeat, 1, 0.5f, 0).x, 7.5f / 8) << "a mirror's border is its last texel, not a mean with the first";
+  EXPECT_FLOAT_EQ(sampled(repeat_clamp, 0, 5, 0).y, 0.5f / 8) << "above the picture: its top row";
+}
+// A material may say that it is seen from both sides. Where it is the surface of a solid that changes nothing.
+TEST(Sides, DoubleSidedMaterialsOfSheetsOnly) {
+  Scene sheet = empty_scene(), solid = empty_scene();
+  add_quad(sheet, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0));
+  add_box(solid, V3d(0.25, 0.25, 0.25), V3d(0.75, 0.75, 0.75));
+  const auto longest_normal = [](Scene& scene, bool two_sided, Sidedness sidedness) {
+    scene.materials[0].two_sided = two_sided;
+    Recipe recipe = color_recipe(8);
+    recipe.box = Box3d(V3d(0), V3d(1));
+    recipe.two_sided = sidedness;
+    const Dense normal = dense(bake_quietly(scene, recipe).levels[0], "normal");
+    double longest = 0;
+    for_each_cell(normal.n, [&](const V3i& v) {
+      for (int c = 0; c < 3; ++c) longest = std::max(longest, std::abs(static_cast<double>(normal.at(v, c))));
+    });
+    return longest;
+  };
+  EXPECT_NEAR(longest_normal(sheet, false, Sidedness::kAuto), 1, 1e-6);
+  EXPECT_EQ(longest_normal(sheet, true, Sidedness::kAuto), 0);
+  EXPECT_NEAR(longest_normal(sheet, true, Sidedness::kNever), 1, 1e-6);
+  EXPECT_NEAR(longest_normal(solid, true, Sidedness::kAuto), 1, 1e-6);
+  EXPECT_EQ(longest_normal(solid, false, Sidedness::kAlways), 0);
+}
 // The left half is cut away: coverage 0 there, no colour, no opacity, area counted before cut-outs.
 TEST(CutOuts, Weigh) {
   Scene s = empty_scene();
   s.materials[0].kd = V3f(1, 1, 1);
   add_quad(s, V3d(0, 0, 0.5), V3d(1, 0, 0), V3d(0, 1, 0.001));
   add_texture(s, 0, 64, 64, 4, [](int x, int) { return std::array<float, 4>{x < 32 ? 1.f : 0.25f, 0, x < 32 ? 1.f : 0.f, x < 32 ? 0.f : 1.f}; });
-  s.materials[0].map_kd.clamp = true;
+  s.materials[0].map_kd.wrap.fill(Wrap::kClamp);
   Recipe recipe = color_recipe(16);
   recipe.box = Box3d(V3d(0), V3d(1));
   const Pack pack = bake_quietly(s, recipe);

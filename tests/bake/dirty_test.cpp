@@ -30,7 +30,7 @@ TEST(Dirty, EveryFileKeepsTheInvariants) {
       const Pack pack = bake(scene, recipe, report);
       values += check_invariants(pack);
       ++baked;
-      const double truth = mesh_area(scene.mesh);
+      const double truth = mesh_area(scene.mesh) + fibre_area(scene.fibres);
       for (const Level& level : pack.levels) EXPECT_NEAR(sum_of(level, "area") * level.grid.h * level.grid.h / truth, 1, 1e-6);  // float
       const double box = static_cast<double>(pack.grid.voxels()) * std::pow(pack.grid.h, 3);
       EXPECT_LE(filled_volume(pack), box * (1 + 1e-6));

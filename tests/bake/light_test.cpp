@@ -146,10 +146,10 @@ TEST(TextureSet, PutsTheBottomRowAtZeroAndWrapsOrClamps) {
   EXPECT_EQ(plain.sample(0, V2f(0.25f, 0.75f), 0).color, V3f(1, 0, 0));
   EXPECT_EQ(plain.sample(0, V2f(-3.75f, 5.75f), 0).color, V3f(1, 0, 0));
   EXPECT_EQ(plain.sample(0, V2f(0.0f, 0.75f), 0).color, V3f(0.5f, 0.5f, 0));  // half red, half green from the other side
-  scene.materials[0].map_kd.clamp = true;
+  scene.materials[0].map_kd.wrap.fill(Wrap::kClamp);
   const TextureSet clamped(scene, TextureSet::Need::kColor, report);
   EXPECT_EQ(clamped.sample(0, V2f(-7.0f, 5.0f), 0).color, V3f(1, 0, 0));
-  scene.materials[0].map_kd.clamp = false;
+  scene.materials[0].map_kd.wrap.fill(Wrap::kRepeat);
   scene.materials[0].map_kd.scale = V2f(2, 1);
   scene.materials[0].map_kd.offset = V2f(0.25f, 0);
   const TextureSet moved(scene, TextureSet::Need::kColor, report);

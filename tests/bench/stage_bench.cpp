@@ -86,7 +86,8 @@ SliceShader plain_shader(const Prepared& p) {
   SliceShader shader;
   shader.crossing = [&p, width](const Bundle& bundle, const Crossing& c, double u, double v) {
     if (!p.textures->textured(p.scene.mesh.materials[c.triangle]) && p.scene.mesh.colors.empty()) return p.scene.materials[p.scene.mesh.materials[c.triangle]].kd;
-    const Barycentrics b = crossing_barycentrics(bundle, c.triangle, u, v);
+    const Face face = crossed_face(bundle, c);
+    const Barycentrics b = face_barycentrics(bundle.axes, face.p[0], face.p[1], face.p[2], u, v);
     return footprint_sample(*p.textures, p.scene.mesh, c.triangle, b.b1, b.b2, p.plan.uv_width.empty() ? 0 : p.plan.uv_width[c.triangle] * width).color;
   };
   shader.voxel = [&p](const V3i&, std::int64_t i) {

@@ -152,8 +152,7 @@ TEST(ModelsRefused, SayWhereAndWhy) {
       {"empty.obj", ": holds no face"},
       {"empty.stl", ": holds no facet"},
       {"obj_syntax/invalid-face-definition.obj", ":15: no face can be used: a face has 1 corners"},
-      {"obj_syntax/invalid-relative-vertex-index.obj", ":1: no face can be used: a vertex index is -4 after 0 vertices"},
-      {"obj_syntax/line-prim.obj", ":15: holds only lines, points or curves, no face"}};
+      {"obj_syntax/invalid-relative-vertex-index.obj", ":1: no face can be used: a vertex index is -4 after 0 vertices"}};
   for (const auto& [file, reason] : kRefused)
     EXPECT_EQ(error_of([&, name = file] {
                 Report report;

@@ -218,7 +218,7 @@ TEST(Read, ByExtensionAndContent) {
   report = {};
   EXPECT_EQ(read_scene(folder.write("b.obj", binary_stl("solid", 2, 2)), report).mesh.triangles.size(), 2u);
   EXPECT_EQ(read_scene(folder.write("c.stl", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), report = {}).mesh.triangles.size(), 1u);
-  for (const char* name : {"a.gltf", "a.xyz", "a"}) {
+  for (const char* name : {"a.fbx", "a.xyz", "a"}) {
     const std::string path = folder.write(name, "x");
     const std::string error = error_of([&] { (void)read_scene(path, report); });
     EXPECT_EQ(error.substr(0, 3 + path.size()), "5: " + path);

@@ -67,9 +67,9 @@ TEST(Mtl, MapOptions) {
   EXPECT_EQ(m.map_kd.name, "leaf color 2.png");
   EXPECT_EQ(m.map_kd.use.scale, V2f(2, 3));
   EXPECT_EQ(m.map_kd.use.offset, V2f(0.5f, 0));
-  EXPECT_TRUE(m.map_kd.use.clamp);
+  EXPECT_EQ(m.map_kd.use.wrap, (std::array{Wrap::kClamp, Wrap::kClamp}));
   EXPECT_EQ(one("map_Kd plain.png\n").map_kd.use.scale, V2f(1, 1));
-  EXPECT_FALSE(one("map_Kd plain.png\n").map_kd.use.clamp);
+  EXPECT_EQ(one("map_Kd plain.png\n").map_kd.use.wrap, (std::array{Wrap::kRepeat, Wrap::kRepeat}));
   EXPECT_EQ(one("map_Kd -s 2 3d.png\n").map_kd.name, "3d.png") << "a word that only begins like a number";
   EXPECT_EQ(one("map_Kd -s 2 3d.png\n").map_kd.use.scale, V2f(2, 1));
   EXPECT_EQ(one("map_Kd -wet-leaf.png\n").map_kd.name, "-wet-leaf.png");

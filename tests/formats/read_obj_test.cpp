@@ -9,7 +9,7 @@ namespace {
 using Triangle = std::array<std::uint32_t, 3>;
 const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-Scene obj(const std::string& text, Report& report, const std::string& path = "nowhere/a.obj") { return read_obj({text, path}, report); }
+Scene obj(const std::string& text, Report& report, const std::string& path = "nowhere/a.obj") { return read_obj({text, path}, {}, report); }
 Scene obj(const std::string& text) {
   Report report;
   return obj(text, report);
@@ -76,18 +76,24 @@ TEST(Obj, NothingToReadSaysWhy) {
   EXPECT_EQ(obj_error(""), "3: nowhere/a.obj: holds no face; give a file with faces");
   EXPECT_EQ(obj_error("f -4 -3 -2"), "3: nowhere/a.obj:1: no face can be used: a vertex index is -4 after 0 vertices; give a file with faces");
   EXPECT_EQ(obj_error(kSquare + "f 1 2\n"), "3: nowhere/a.obj:5: no face can be used: a face has 2 corners; give a file with faces");
-  EXPECT_EQ(obj_error(kSquare + "l 1 2\n"), "3: nowhere/a.obj:5: holds only lines, points or curves, no face; give a file with faces");
+  EXPECT_EQ(obj_error(kSquare + "p 1 2\n"), "3: nowhere/a.obj:5: holds only points, curves or lines that are left out, no face; give a file with faces");
   EXPECT_EQ(obj_error("v 0 nan 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
             "3: nowhere/a.obj: every face has a vertex that is not a finite number; export the mesh again");
   EXPECT_EQ(obj_error("v 0 0 0\nv 1 a 0\n"), "3: nowhere/a.obj:2: vertex coordinate is not a number (\"a\")");
   EXPECT_EQ(obj_error("v 0 0 0\nv 1 0\n"), "3: nowhere/a.obj:2: vertex coordinate has too few numbers");
 }
 
-TEST(Obj, LinesBesideFacesAreSkipped) {
+TEST(Obj, LinesBesideFacesAreFibresUnlessLeftOut) {
   Report report;
-  EXPECT_EQ(obj(kSquare + "l 1 2\nf 1 2 3\np 1\n", report).mesh.triangles.size(), 1u);
+  const std::string text = kSquare + "l 1 2\nf 1 2 3\np 1\n";
+  const Scene both = obj(text, report);
+  EXPECT_EQ(both.mesh.triangles.size(), 1u);
+  EXPECT_EQ(both.fibres.strands(), 1u);
   ASSERT_TRUE(find_issue(report, "obj-lines-ignored"));
-  EXPECT_EQ(find_issue(report, "obj-lines-ignored")->count, 2);
+  EXPECT_EQ(find_issue(report, "obj-lines-ignored")->count, 1);
+  Report without;
+  EXPECT_EQ(read_obj({text, "a.obj"}, {.radius = 0}, without).fibres.strands(), 0u);
+  EXPECT_EQ(find_issue(without, "obj-lines-ignored")->count, 2);
 }
 
 TEST(Obj, NonFiniteVerticesLoseTheirFacesOnly) {

@@ -27,7 +27,18 @@ inline void check_materials(const Scene& scene) {
 
 inline void check_scene(const Scene& scene) {
   const Mesh& mesh = scene.mesh;
-  demand(!mesh.triangles.empty() && !scene.materials.empty());
+  const Fibres& fibres = scene.fibres;
+  demand((!mesh.triangles.empty() || fibres.strands() > 0) && !scene.materials.empty());
+  demand(fibres.first.front() == 0 && fibres.first.back() == fibres.points.size() && fibres.radii.size() == fibres.points.size());
+  demand(fibres.materials.size() == fibres.strands() && (fibres.colors.empty() || fibres.colors.size() == fibres.points.size()));
+  for (std::size_t s = 0; s < fibres.strands(); ++s) {
+    demand(fibres.first[s + 1] >= fibres.first[s] + 2 && fibres.materials[s] < scene.materials.size());
+    for (std::size_t i = fibres.first[s]; i < fibres.first[s + 1]; ++i) {
+      const V3d& p = fibres.points[i];
+      demand(std::abs(p.x) <= 1e100 && std::abs(p.y) <= 1e100 && std::abs(p.z) <= 1e100 && fibres.radii[i] >= 0 && fibres.radii[i] <= 1e100);
+      demand(i == fibres.first[s] || p != fibres.points[i - 1]);
+    }
+  }
   demand(mesh.materials.size() == mesh.triangles.size());
   demand(mesh.uv_corners.empty() || mesh.uv_corners.size() == mesh.triangles.size());
   demand(mesh.colors.empty() || mesh.colors.size() == mesh.points.size());
