@@ -37,13 +37,13 @@ struct FibreSegment {
 
 // What does not change along a piece. Per unit of length and of radius, that is for ∫ r ds = 1:
 struct FibreShape {
-  V3d t;                   // unit, from a to b
-  double length;
-  double taper;            // (ra − rb)/length: the tangent of the cone's half angle
-  V3d shadow;              // half of Σ A|n| along x, y and z: 2·sin of the angle to the axis for a cylinder
-  double area;             // 2π√(1 + taper²)
-  double slope;            // Σ A n is this times t
-  double across, along;    // Σ A n nᵀ = across·(I − t tᵀ) + along·t tᵀ
+  V3d t{0, 0, 0};          // unit, from a to b; 0 where they are one
+  double length = 0;
+  double taper = 0;        // (ra − rb)/length: the tangent of the cone's half angle
+  V3d shadow{0, 0, 0};     // half of Σ A|n| along x, y and z: 2·sin of the angle to the axis for a cylinder
+  double area = 0;         // 2π√(1 + taper²)
+  double slope = 0;        // Σ A n is this times t
+  double across = 0, along = 0;  // Σ A n nᵀ = across·(I − t tᵀ) + along·t tᵀ
 };
 [[nodiscard]] FibreShape fibre_shape(const FibreSegment& segment);
 
