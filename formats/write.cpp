@@ -299,6 +299,8 @@ void require_slice_writer(SliceFormat format) {
 
 std::future<void> open_volume_writer() {
   require_module("texel_vdb");
+  // While the linker opens a library no other can be opened and no thread begun. TBB does both when it is first used, and would wait until this one is open.
+  tbb::parallel_for(0, 2 * tbb::this_task_arena::max_concurrency(), [](int) {}, tbb::simple_partitioner());
   return std::async(std::launch::async, [] {
     try {
       (void)module_symbol("texel_vdb", kVdbSymbol);
