@@ -2,9 +2,11 @@
 #include "formats/vdb_module.h"
 
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/Compression.h>
+#include <openvdb/io/DelayedLoadMetadata.h>
 #include <openvdb/io/File.h>
+#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -18,6 +20,7 @@
 #include <stdexcept>
 #include <tuple>
 #include <type_traits>
+#include <unordered_map>
 
 namespace texel {
 namespace {
@@ -82,38 +85,123 @@ void append(std::vector<float>& values, const Value& v) {
 
 openvdb::Coord corner(const V3i& block) { return {block.x * 8, block.y * 8, block.z * 8}; }
 
+// Asks now and then whether to go on: OpenVDB itself has no way to be stopped.
+struct Watch {
+  const std::function<bool()>& go_on;
+  std::mutex one_at_a_time;
+  bool stopped = false;  // once told to, nobody asks again
+  void ask() {
+    if (!go_on) return;
+    const std::lock_guard lock(one_at_a_time);
+    stopped = stopped || !go_on();
+    if (stopped) throw std::runtime_error("stopped");
+  }
+};
+
+constexpr std::uint32_t kCompression = openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK;
+
+// A grid on its way into a file. The leaves of its tree hold no values: those are compressed already, in the tree's order.
+// OpenVDB itself fills a tree with 512 values a leaf, however few are active, and compresses one leaf after the other, twice: once for the sizes.
+struct PackedGrid {
+  openvdb::GridBase::Ptr grid;
+  std::vector<std::string> leaves;  // kPart of them a string
+};
+
+constexpr std::size_t kPart = 64;   // leaves: about a millisecond's work
+
+template <class Leaf>
+void set_mask(const Block& block, Leaf& leaf) {
+  for (std::size_t word = 0; word < 8; ++word) leaf.getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(word)) = block.mask[word];
+}
+
+// Topology and tiles.
 template <class GridType>
-openvdb::GridBase::Ptr build(const Layer& layer, const Channel& channel) {
-  using Tree = typename GridType::TreeType;
-  using Leaf = typename Tree::LeafNodeType;
+typename GridType::Ptr build(const Layer& layer, const Channel& channel) {
+  using Leaf = typename GridType::TreeType::LeafNodeType;
   using Value = typename GridType::ValueType;
-  static_assert(Leaf::DIM == 8);
-  const std::vector<Block>& blocks = layer.set.blocks;
-  std::vector<std::unique_ptr<Leaf>> leaves(blocks.size());
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    const Block& block = blocks[b];
-    auto leaf = std::make_unique<Leaf>(corner(block.at), openvdb::zeroVal<Value>(), false);
-    Value* values = leaf->buffer().data();
-    auto from = static_cast<std::size_t>(block.first);
-    for (std::size_t word = 0; word < 8; ++word) {
-      leaf->getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(word)) = block.mask[word];
-      for (std::uint64_t left = block.mask[word]; left; left &= left - 1)
-        values[word << 6 | static_cast<std::size_t>(__builtin_ctzll(left))] = value_at<Value>(channel.values, from++);
-    }
-    leaves[b] = std::move(leaf);
-  });
   auto grid = GridType::create(openvdb::zeroVal<Value>());
-  for (auto& leaf : leaves) grid->tree().addLeaf(leaf.release());
+  for (const Block& block : layer.set.blocks) {
+    auto leaf = std::make_unique<Leaf>(openvdb::PartialCreate(), corner(block.at), openvdb::zeroVal<Value>(), false);
+    set_mask(block, *leaf);
+    grid->tree().addLeaf(leaf.release());
+  }
   for (std::size_t t = 0; t < layer.tiles.size(); ++t)
     grid->tree().addTile(1, corner(layer.tiles[t]), value_at<Value>(channel.tiles, t), true);
   return grid;
 }
 
-void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob& job, bool half) {
+// Blocks in the order in which the tree has its leaves.
+template <class Tree>
+std::vector<std::size_t> tree_order(const Tree& tree, const Layer& layer) {
+  using Leaf = typename Tree::LeafNodeType;
+  std::unordered_map<const Leaf*, std::size_t> place;
+  place.reserve(layer.set.blocks.size());
+  for (std::size_t b = 0; b < layer.set.blocks.size(); ++b) place[tree.probeConstLeaf(corner(layer.set.blocks[b].at))] = b;
+  std::vector<std::size_t> order;
+  order.reserve(place.size());
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) order.push_back(place.at(leaf.getLeaf()));
+  return order;
+}
+
+template <class GridType>
+PackedGrid pack_grid(const Layer& layer, const Channel& channel, bool as_half, Watch& watch) {
+  using Leaf = typename GridType::TreeType::LeafNodeType;
+  using Value = typename GridType::ValueType;
+  static_assert(Leaf::DIM == 8);
+  constexpr std::int64_t kMaskBytes = Leaf::SIZE / 8;  // a leaf's bytes begin with its mask; then one byte says what its inactive values are
+  const typename GridType::Ptr grid = build<GridType>(layer, channel);
+  grid->setSaveFloatAsHalf(as_half);
+  const std::vector<std::size_t> order = tree_order(grid->tree(), layer);
+
+  PackedGrid packed{grid, std::vector<std::string>((order.size() + kPart - 1) / kPart)};
+  struct Extent { std::int64_t bytes = 0; std::int8_t code = 0; };
+  std::vector<Extent> extents(order.size());
+  tbb::parallel_for(std::size_t{0}, packed.leaves.size(), [&](std::size_t part) {
+    watch.ask();
+    Leaf leaf(openvdb::Coord(), openvdb::zeroVal<Value>(), false);
+    std::ostringstream out;
+    out.exceptions(std::ios::badbit | std::ios::failbit);
+    openvdb::io::setDataCompression(out, kCompression);
+    const std::size_t first = part * kPart, last = std::min(order.size(), first + kPart);
+    for (std::size_t i = first; i < last; ++i) {
+      const Block& block = layer.set.blocks[order[i]];
+      set_mask(block, leaf);
+      Value* values = leaf.buffer().data();
+      std::fill(values, values + Leaf::SIZE, openvdb::zeroVal<Value>());
+      auto from = static_cast<std::size_t>(block.first);
+      for (std::size_t word = 0; word < 8; ++word)
+        for (std::uint64_t left = block.mask[word]; left; left &= left - 1)
+          values[word << 6 | static_cast<std::size_t>(__builtin_ctzll(left))] = value_at<Value>(channel.values, from++);
+      const std::int64_t begin = out.tellp();
+      leaf.writeBuffers(out, as_half);
+      extents[i].bytes = std::int64_t{out.tellp()} - begin;
+    }
+    packed.leaves[part] = std::move(out).str();
+    const char* at = packed.leaves[part].data();
+    for (std::size_t i = first; i < last; at += extents[i++].bytes) extents[i].code = static_cast<std::int8_t>(at[kMaskBytes]);
+  });
+
+  // What Archive::writeGrid says of a grid as a whole.
+  grid->addStatsMetadata();
+  const auto loaded = static_cast<openvdb::Int64>(grid->tree().memUsage() + order.size() * Leaf::SIZE * sizeof(Value));
+  grid->insertMeta(openvdb::GridBase::META_FILE_MEM_BYTES, openvdb::Int64Metadata(loaded));
+  grid->insertMeta(openvdb::GridBase::META_FILE_COMPRESSION, openvdb::StringMetadata(openvdb::io::compressionToString(kCompression)));
+  if (order.empty()) return packed;
+  openvdb::io::DelayedLoadMetadata jumps;  // who loads leaves only when they are looked at jumps over the others
+  jumps.resizeMask(order.size());
+  jumps.resizeCompressedSize(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    jumps.setMask(i, extents[i].code);
+    jumps.setCompressedSize(i, extents[i].bytes - kMaskBytes - 1);
+  }
+  grid->insertMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD, jumps);
+  return packed;
+}
+
+void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob& job) {
   const Grid& g = job.level->grid;
   grid.setName(channel.name);
   grid.setGridClass(openvdb::GRID_FOG_VOLUME);
-  grid.setSaveFloatAsHalf(half);
   grid.setIsInWorldSpace(true);
   if (channel.components == 3)
     grid.setVectorType(channel.name == "normal" ? openvdb::VEC_COVARIANT_NORMALIZE : openvdb::VEC_INVARIANT);
@@ -130,104 +218,60 @@ void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob
   }
 }
 
-// Asks now and then whether to go on: OpenVDB itself has no way to be stopped.
-struct Watch {
-  const std::function<bool()>& go_on;
-  std::mutex one_at_a_time;
-  bool stopped = false;  // once told to, nobody asks again
-  void ask() {
-    if (!go_on) return;
-    const std::lock_guard lock(one_at_a_time);
-    stopped = stopped || !go_on();
-    if (stopped) throw std::runtime_error("stopped");
-  }
-};
-
-// A file in memory.
-class Bytes : public std::stringbuf {
- public:
-  explicit Bytes(Watch& watch) : watch_(watch) {}
-
- protected:
-  std::streamsize xsputn(const char* text, std::streamsize length) override {
-    constexpr unsigned kRarely = 1024;  // a leaf takes about four writes and 30 µs
-    if (++writes_ % kRarely == 0) watch_.ask();
-    return std::stringbuf::xsputn(text, length);
-  }
-
- private:
-  Watch& watch_;
-  unsigned writes_ = 0;
-};
-
-std::string file_of(const openvdb::GridCPtrVec& grids, Watch& watch) {
+// All of a file that comes before its grids.
+std::string file_head(std::uint32_t grids) {
   openvdb::MetaMap meta;
   meta.insertMeta("creator", openvdb::StringMetadata(kCreator));
   SeekableArchive archive;
-  archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-  Bytes bytes(watch);
-  std::ostream out(&bytes);
+  archive.setCompression(kCompression);
+  std::ostringstream out;
   out.exceptions(std::ios::badbit | std::ios::failbit);
-  archive.write_grids(out, grids, meta);
-  return std::move(bytes).str();
+  archive.write_grids(out, {}, meta);
+  std::string head = std::move(out).str();  // ends with the number of grids
+  std::memcpy(head.data() + head.size() - sizeof grids, &grids, sizeof grids);
+  return head;
 }
 
-// A grid's part of a file begins with its name, its type, the name of a grid it shares its tree with, and three places in the file: of the grid, of
-// its leaves' values, of its end. Everything else in it holds wherever it stands. Source: GridDescriptor::writeHeader, writeStreamPos.
-void move_grid(char* grid, const char* end, std::int64_t by) {
-  char* at = grid;
-  for (int word = 0; word < 3; ++word) {
-    std::uint32_t length = 0;
-    if (end - at < 4) throw openvdb::IoError("grid descriptor cut short");
-    std::memcpy(&length, at, 4);
-    at += 4;
-    if (end - at < std::ptrdiff_t{length} + 24) throw openvdb::IoError("grid descriptor cut short");
-    at += length;
+// As Archive::writeGrid, which would have the leaves' values in the tree.
+void write_grid(std::ostream& out, PackedGrid packed, Watch& watch) {
+  const openvdb::GridBase& grid = *packed.grid;
+  openvdb::io::GridDescriptor descriptor(grid.getName(), grid.type(), grid.saveFloatAsHalf());
+  descriptor.writeHeader(out);
+  const std::streampos places = out.tellp();
+  descriptor.writeStreamPos(out);
+  descriptor.setGridPos(out.tellp());
+  openvdb::io::setDataCompression(out, kCompression);
+  out.write(reinterpret_cast<const char*>(&kCompression), sizeof kCompression);
+  grid.writeMeta(out);
+  grid.writeTransform(out);
+  grid.writeTopology(out);
+  descriptor.setBlockPos(out.tellp());
+  for (std::string& leaves : packed.leaves) {
+    out.write(leaves.data(), static_cast<std::streamsize>(leaves.size()));
+    leaves = {};
+    watch.ask();
   }
-  for (int place = 0; place < 3; ++place, at += 8) {
-    std::int64_t position = 0;
-    std::memcpy(&position, at, 8);
-    position += by;
-    std::memcpy(at, &position, 8);
-  }
+  descriptor.setEndPos(out.tellp());
+  out.seekp(places);
+  descriptor.writeStreamPos(out);
+  out.seekp(0, std::ios::end);
 }
 
-// The same file as all grids written in one go, but each is built, compressed and taken down again by itself, several at once: compression is
-// what takes the time, and OpenVDB compresses one leaf after the other.
 void write_level(const VdbWriteJob& job) {
-  struct Source {
-    const Layer* layer;
-    const Channel* channel;
-  };
-  std::vector<Source> sources;
-  for (const Layer& layer : job.level->layers)
-    for (const Channel& channel : layer.channels) sources.push_back({&layer, &channel});
   Watch watch{.go_on = job.go_on, .one_at_a_time = {}};
-  std::string head = file_of({}, watch);  // ends with the number of grids
-  std::vector<std::string> grids(sources.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const auto& [layer, channel] = sources[i];
-      const openvdb::GridBase::Ptr grid = channel->components == 3 ? build<openvdb::Vec3SGrid>(*layer, *channel) : build<openvdb::FloatGrid>(*layer, *channel);
-      describe(*grid, *channel, job, job.half.at(i));
-      grids[i] = file_of({grid}, watch);
-    }
-  }, tbb::simple_partitioner());
-  const auto count = static_cast<std::uint32_t>(grids.size());
-  std::memcpy(head.data() + head.size() - 4, &count, 4);
   std::ofstream out;
   out.exceptions(std::ios::badbit | std::ios::failbit);
   out.open(job.path, std::ios::binary | std::ios::trunc);
+  const std::string head = file_head(static_cast<std::uint32_t>(job.half.size()));
   out.write(head.data(), static_cast<std::streamsize>(head.size()));
-  std::int64_t moved = 0;
-  for (std::string& grid : grids) {
-    move_grid(grid.data() + head.size(), grid.data() + grid.size(), moved);
-    const std::size_t length = grid.size() - head.size();
-    out.write(grid.data() + head.size(), static_cast<std::streamsize>(length));
-    moved += static_cast<std::int64_t>(length);
-    grid = {};
-    watch.ask();
-  }
+  std::size_t number = 0;
+  for (const Layer& layer : job.level->layers)
+    for (const Channel& channel : layer.channels) {
+      const bool as_half = job.half.at(number++);
+      PackedGrid packed = channel.components == 3 ? pack_grid<openvdb::Vec3SGrid>(layer, channel, as_half, watch) : pack_grid<openvdb::FloatGrid>(layer, channel, as_half, watch);
+      describe(*packed.grid, channel, job);
+      write_grid(out, std::move(packed), watch);
+    }
   out.close();
 }
 
