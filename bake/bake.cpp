@@ -21,6 +21,7 @@
 #include "bake/quantize.h"
 #include "bake/repeat.h"
 #include "bake/repeat_functions.h"
+#include "bake/slabs.h"
 #include "bake/slice.h"
 #include "bake/surface.h"
 #include "bake/texture.h"
@@ -34,7 +35,6 @@ namespace {
 void check_recipe(const Recipe& recipe) {
   const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
   if (recipe.max_error > 0) unsupported("--max-error", "choosing the samples by error is not in this version");
-  if (recipe.memory > 0) unsupported("--memory", "brick by brick bakes are not in this version");
   if (recipe.prune > 0) unsupported("--prune", "pruning is not in this version");
   if (recipe.samples < 0 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
 }
@@ -172,11 +172,11 @@ SliceShader make_shader(const Scene& scene, const Plan& plan, const TextureSet& 
   return shader;
 }
 
-void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double, 3>& widths, VisibilityResult& seen, Pack& pack, Report& report) {
+void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double, 3>& widths, std::array<SliceRecords, 3> stacks, Pack& pack, Report& report) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     if (!recipe.want.slices || !recipe.slice_axes[a]) continue;
-    const auto records = std::make_shared<const SliceRecords>(std::move(seen.slices[a]));
+    const auto records = std::make_shared<const SliceRecords>(std::move(stacks[a]));
     // Coarser pictures of what repeats are whole periods too.
     V3i counts = plan.grid.n;
     counts[axis] = records->count;
@@ -216,23 +216,33 @@ DensityBake bake_scene_density(const Scene& scene, Plan& plan, const Recipe& rec
   return baked;
 }
 
-void measure(const Plan& plan, std::span<const Surface> surfaces, const VisibilityResult& seen, bool volume, Pack& pack) {
-  double area = 0, covered = 0;
-  V3d color(0, 0, 0);
-  for (const Areas& a : surfaces[0].areas) { area += a.area; covered += a.covered; }
-  for (const V3d& c : surfaces[0].color) color += c;
-  if (surfaces[0].one_color) color = V3d(*surfaces[0].one_color) * covered;
+// What is summed over all voxels of level 0.
+struct Totals {
+  double area = 0, covered = 0;  // voxel faces
+  V3d color{0, 0, 0};
+  std::int64_t border = 0, blocks = 0, tiles = 0;
+  void add(const Surface& surface, const Visibility& seen) {
+    for (const Areas& a : surface.areas) { area += a.area; covered += a.covered; }
+    for (const V3d& c : surface.color) color += c;
+    border += surface.set.count;
+    blocks += static_cast<std::int64_t>(surface.set.blocks.size());
+    tiles += static_cast<std::int64_t>(seen.inside_blocks.size());
+  }
+};
+
+void measure(const Plan& plan, const Totals& totals, const std::optional<V3f>& one_color, const SlabSums& sums, bool volume, Pack& pack) {
+  const V3d color = one_color ? V3d(*one_color) * totals.covered : totals.color;
   const double face = plan.grid.h * plan.grid.h;
   pack.statistics = plan.statistics;
-  pack.statistics.covered_area = covered * face;
-  if (covered > 0) pack.statistics.mean_color = V3f(color / covered);
-  pack.statistics.border_voxels = surfaces[0].set.count;
+  pack.statistics.covered_area = totals.covered * face;
+  if (totals.covered > 0) pack.statistics.mean_color = V3f(color / totals.covered);
+  pack.statistics.border_voxels = totals.border;
   if (plan.statistics.area > 0)
-    pack.errors.push_back({"area_relative", area * face / plan.statistics.area - 1, "sum over the level-0 voxels against the triangles' areas, before rounding to stored types; a box that cuts the scene counts as missing"});
+    pack.errors.push_back({"area_relative", totals.area * face / plan.statistics.area - 1, "sum over the level-0 voxels against the triangles' areas, before rounding to stored types; a box that cuts the scene counts as missing"});
   if (!volume) return;
-  pack.statistics.inside_voxels = seen.levels[0].inside_count;
+  pack.statistics.inside_voxels = sums.inside_count;
   if (plan.fill && plan.statistics.volume > 0)
-    pack.errors.push_back({"volume_relative", seen.volume * face * plan.grid.h / plan.statistics.volume - 1,
+    pack.errors.push_back({"volume_relative", (sums.volume + static_cast<double>(sums.inside_count)) * face * plan.grid.h / plan.statistics.volume - 1,
                            "sum of solid over the level-0 voxels against the closed components' signed volumes; overlapping components count once in the voxels and twice in the mesh"});
 }
 
@@ -325,89 +335,168 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   const auto progress = [&report](const char* stage, double done) { if (report.progress) report.progress(stage, done); };
   progress("plan", 1);
 
-  // 2. Exact moments of the surface in each voxel it meets, then their sums up the levels.
-  std::vector<Surface> surfaces;
-  VisibilityResult seen;
   const int level_total = want.volume() ? level_count(plan.grid, recipe, report) : 1;
-  if (density) {
-    StageTimer timer(report, "density");
-    DensityBake baked = bake_scene_density(scene, plan, recipe, level_total, report);
-    surfaces = std::move(baked.surfaces);
-    seen = std::move(baked.seen);
-  } else {
-    StageTimer timer(report, "surface");
-    const bool more = kinds.ks || kinds.roughness || kinds.transparency || kinds.emission;
-    const std::optional<V3f> one = one_color(scene, *textures);
-    const SurfaceWant what{.color = colors && !one, .normals = want.ndf || want.normal || (want.slices && !recipe.lights.empty()),
-                           .material = (want.material && more) || (opacity && kinds.transparency)};
-    surfaces.push_back(clip_surface(scene, plan, *textures, what, report));
-    if (colors) surfaces[0].one_color = one;
-    if (surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
-    while (static_cast<int>(surfaces.size()) < level_total) {
-      surfaces.push_back(coarser(surfaces.back()));
-      progress("surface", 1);
-    }
-  }
-  report.count("border voxels", static_cast<double>(surfaces[0].set.count));
+  std::vector<std::vector<LevelPart>> parts(static_cast<std::size_t>(level_total));  // per level and slab
+  Totals totals;
+  SlabSums sums;
+  std::optional<V3f> one;  // of all the surface there is
 
-  // 3.–5. Three bundles of axis-parallel rays: opacity at every level, inside, slices.
+  // 6.–8. From level to level, what needs no geometry comes from the one below; then everything becomes grids. `first`: of the slab's levels.
+  const auto finish = [&](std::vector<Surface>& surfaces, VisibilityResult& seen, int first, const Report& to) {
+    const StageTimer timer(report, "levels");
+    const int last = static_cast<int>(surfaces.size());
+    for (int level = first; level < last; ++level) {
+      const auto l = static_cast<std::size_t>(level);
+      const Grid grid = plan.grid.level(level);
+      if (level > 0) {
+        filter_visibility(surfaces[l - 1], seen.levels[l - 1], surfaces[l], level, grid.n, opacity && recipe.level_mode == LevelMode::kFilter, seen.levels[l]);
+        surfaces[l - 1] = {};  // the finest level is most of the memory
+        seen.levels[l - 1] = {};
+      }
+      parts[l].push_back(make_part(surfaces[l], seen.levels[l], grid, level, recipe, kinds));
+      if (to.progress) to.progress("levels", static_cast<double>(level + 1 - first) / static_cast<double>(last - first));
+    }
+  };
+
   std::array<double, 3> widths{};
   widths.fill(kOpenThickness * plan.grid.h);
-  if (!density) {
-    StageTimer timer(report, "crossings");
-    VisibilityOptions options;
+  VisibilityOptions options;
+  if (density) {
+    DensityBake baked;
+    {
+      const StageTimer timer(report, "density");
+      baked = bake_scene_density(scene, plan, recipe, level_total, report);
+    }
+    totals.add(baked.surfaces[0], baked.seen.levels[0]);
+    sums.volume = baked.filled;
+    sums.inside_count = baked.seen.levels[0].inside_count;
+    std::array<SliceRecords, 3> stacks = std::move(baked.stacks);
+    make_stacks(recipe, plan, widths, std::move(stacks), pack, report);
+    if (want.volume()) finish(baked.surfaces, baked.seen, 0, report);
+  } else {
+    const bool more = kinds.ks || kinds.roughness || kinds.transparency || kinds.emission;
+    one = one_color(scene, *textures);
+    const SurfaceWant what{.color = colors && !one, .normals = want.ndf || want.normal || (want.slices && !recipe.lights.empty()),
+                           .material = (want.material && more) || (opacity && kinds.transparency)};
+    if (!colors) one = {};
     options.recompute = recipe.level_mode == LevelMode::kRecompute;
-    if (want.slices) {
-      const V3d thickness = measure_thickness(scene, plan, *textures) * plan.grid.h;
-      for (int axis = 0; axis < 3; ++axis) widths[static_cast<std::size_t>(axis)] = std::min(thickness[(axis + 1) % 3], thickness[(axis + 2) % 3]);
-      progress("crossings", 0);
+    options.visible_normals = recipe.normals == Normals::kVisible && (want.ndf || want.normal);
+    std::unique_ptr<RayScene> rays;
+    {
+      const StageTimer timer(report, "crossings");
+      if (want.slices) {
+        const V3d thickness = measure_thickness(scene, plan, *textures) * plan.grid.h;
+        for (int axis = 0; axis < 3; ++axis) widths[static_cast<std::size_t>(axis)] = std::min(thickness[(axis + 1) % 3], thickness[(axis + 2) % 3]);
+        progress("crossings", 0);
+      }
+      if (want.slices && recipe.shadows && !recipe.lights.empty())
+        rays = repeated ? std::make_unique<RayScene>(without_curtains(scene, plan), textures.get(), ScenePeriod{plan.grid.box(), recipe.cyclic})
+                        : std::make_unique<RayScene>(scene, textures.get());
     }
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
       options.slice_axes[a] = want.slices && recipe.slice_axes[a];
       // Colour of the inside needs the inside flags, which the rays along z find.
-      options.volume_axes[a] = opacity || (want.color && plan.fill && axis == 2);
+      options.volume_axes[a] = opacity || (want.color && plan.fill && axis == 2) || options.visible_normals;
       options.slice_counts[a] = slice_count(recipe, plan.grid, widths[a], axis);
     }
-    std::unique_ptr<RayScene> rays;
-    if (want.slices && recipe.shadows && !recipe.lights.empty())
-      rays = repeated ? std::make_unique<RayScene>(without_curtains(scene, plan), textures.get(), ScenePeriod{plan.grid.box(), recipe.cyclic})
-                      : std::make_unique<RayScene>(scene, textures.get());
     if (cyclic && std::any_of(recipe.lights.begin(), recipe.lights.end(), [](const Light& l) { return l.kind == Light::Kind::kPoint; }))
       report.issue("cyclic-light", "a point light does not repeat with the scene: the slices' light has a seam");
-    options.visible_normals = recipe.normals == Normals::kVisible && (want.ndf || want.normal);
-    if (options.visible_normals) options.volume_axes = {true, true, true};
-    const SliceShader shader = make_shader(scene, plan, *textures, surfaces[0], recipe, rays.get());
-    if (options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] || options.volume_axes[2])
-      seen = see_voxels(scene, plan, *textures, surfaces, recipe, options, shader, report);
-    else
-      seen.levels.resize(surfaces.size());
-  }
-  make_stacks(recipe, plan, widths, seen, pack, report);
-  measure(plan, surfaces, seen, want.volume(), pack);
+    const bool traces = options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] || options.volume_axes[2];
 
-  // 6.–9. Level by level: what needs no geometry comes from the level below, then everything becomes grids.
+    // 2.–5. Exact moments of the surface in each voxel it meets, their sums up the levels, and three bundles of axis-parallel rays: opacity at
+    // every level, inside, slices.
+    const auto see = [&](const std::vector<Surface>& surfaces, const Report& to) {
+      const StageTimer timer(report, "crossings");
+      VisibilityResult seen;
+      Report own;
+      own.progress = to.progress;
+      const SliceShader shader = make_shader(scene, plan, *textures, surfaces[0], recipe, rays.get());
+      if (traces) seen = see_voxels(scene, plan, *textures, surfaces, recipe, options, shader, sums, own);
+      else seen.levels.resize(surfaces.size());
+      return seen;
+    };
+    const SlabPlan slabs = plan_slabs(scene, plan, what, options, recipe);
+    std::vector<Surface> waiting, tops;       // of the slab that is growing; of the finished slabs' coarsest levels
+    std::vector<Visibility> seen_tops;
+    std::int64_t held = 0;                    // voxels waiting
+    int slab_count = 0;                       // where there is more than one
+    for (int z0 = 0, z1 = 0, from = 0; z1 < plan.grid.n.z; z0 = z1) {
+      z1 = std::min(plan.grid.n.z, z0 + slabs.thickness);
+      // With several slabs, one bar for all of them.
+      Report part;
+      const int slab_begin = from;
+      if (report.progress) part.progress = [&, slab_begin](const std::string& stage, double done) {
+        if (slabs.thickness >= plan.grid.n.z) return report.progress(stage, done);
+        const double share = stage == "surface" ? 0 : 0.5;
+        report.progress("slabs", stage == "surface" ? (z0 + 0.5 * (z1 - z0) * done) / plan.grid.n.z : (slab_begin + (z1 - slab_begin) * (share + 0.5 * done)) / plan.grid.n.z);
+      };
+      {
+        const StageTimer timer(report, "surface");
+        waiting.push_back(clip_surface(scene, plan, *textures, what, part, {z0, z1}));
+        waiting.back().one_color = one;
+        held += waiting.back().set.count;
+      }
+      if (z1 < plan.grid.n.z && held + waiting.back().set.count <= slabs.voxels) continue;
+      std::vector<Surface> surfaces{join_surfaces(waiting)};
+      waiting.clear();
+      held = 0;
+      options.slab = {from, z1};
+      const bool only = from == 0 && z1 == plan.grid.n.z;
+      if (only && surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
+      {
+        const StageTimer timer(report, "surface");
+        const int levels = only ? level_total : std::min(level_total, slabs.levels);
+        while (static_cast<int>(surfaces.size()) < levels) surfaces.push_back(coarser(surfaces.back()));
+      }
+      VisibilityResult seen = see(surfaces, part);
+      totals.add(surfaces[0], seen.levels[0]);
+      if (want.volume()) finish(surfaces, seen, 0, part);
+      if (!only) ++slab_count;
+      if (!only && slabs.levels < level_total) {
+        tops.push_back(std::move(surfaces.back()));
+        seen_tops.push_back(std::move(seen.levels.back()));
+      }
+      from = z1;
+    }
+    if (totals.border == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
+    if (slab_count > 0) report.count("slabs", slab_count);
+    if (!tops.empty()) {
+      // Levels whose blocks reach over several slabs.
+      std::vector<Surface> surfaces(static_cast<std::size_t>(slabs.levels) - 1);
+      surfaces.push_back(join_surfaces(tops));
+      while (static_cast<int>(surfaces.size()) < level_total) surfaces.push_back(coarser(surfaces.back()));
+      Visibility below = join_visibility(seen_tops);
+      options.slab = {};
+      options.slice_axes = {false, false, false};
+      options.first_level = slabs.levels;
+      VisibilityResult seen;
+      if (options.recompute && traces) seen = see(surfaces, report);
+      else seen.levels.resize(surfaces.size());
+      seen.levels[static_cast<std::size_t>(slabs.levels) - 1] = std::move(below);
+      finish(surfaces, seen, slabs.levels, report);
+    }
+    for (std::size_t a = 0; a < 3; ++a)
+      if (sums.met[a] >= 0) report.count("crossings along " + std::string(1, "xyz"[a]), static_cast<double>(sums.met[a]));
+    options.slice_axes = want.slices ? recipe.slice_axes : std::array<bool, 3>{};
+    const StageTimer timer(report, "crossings");
+    make_stacks(recipe, plan, widths, gather_stacks(plan.grid, options, sums), pack, report);
+  }
+  report.count("border voxels", static_cast<double>(totals.border));
+  measure(plan, totals, one, sums, want.volume(), pack);
+
+  // 9. Slabs' parts to levels, colour running on.
   if (want.volume()) {
     StageTimer timer(report, "levels");
-    const auto tiles = static_cast<std::int64_t>(seen.levels[0].inside_blocks.size()), surface_blocks = static_cast<std::int64_t>(surfaces[0].set.blocks.size());
-    for (std::size_t l = 0; l < surfaces.size(); ++l) {
-      const Grid grid = plan.grid.level(static_cast<int>(l));
-      if (l > 0) {
-        filter_visibility(surfaces[l - 1], seen.levels[l - 1], surfaces[l], static_cast<int>(l), grid.n, opacity && recipe.level_mode == LevelMode::kFilter, seen.levels[l]);
-        surfaces[l - 1] = {};  // the finest level is most of the memory
-        seen.levels[l - 1] = {};
-      }
-      const double levels = static_cast<double>(surfaces.size()), done = static_cast<double>(l);
-      progress("levels", done / levels);
-      const ColorField color = want.color ? spread_colors(surfaces[l], seen.levels[l], grid, recipe.cyclic) : ColorField{};
-      progress("levels", (done + 0.5) / levels);
-      pack.levels.push_back(make_level(surfaces[l], seen.levels[l], color, grid, static_cast<int>(l), recipe, kinds));
-      progress("levels", (done + 1) / levels);
+    for (std::size_t l = 0; l < parts.size(); ++l) {
+      pack.levels.push_back(join_parts(parts[l], plan.grid.level(static_cast<int>(l)), recipe));
+      parts[l] = {};
+      progress("levels", static_cast<double>(l + 1) / static_cast<double>(parts.size()));
     }
-    if (tiles > 0)
-      report.skip(std::to_string(tiles) + " blocks of 8x8x8 voxels", "wholly inside: stored as tiles");
+    if (totals.tiles > 0)
+      report.skip(std::to_string(totals.tiles) + " blocks of 8x8x8 voxels", "wholly inside: stored as tiles");
     const std::int64_t blocks = std::int64_t{(plan.grid.n.x + 7) / 8} * ((plan.grid.n.y + 7) / 8) * ((plan.grid.n.z + 7) / 8);
-    const std::int64_t empty = blocks - surface_blocks - tiles;
+    const std::int64_t empty = blocks - totals.blocks - totals.tiles;
     if (empty > 0) report.skip(std::to_string(empty) + " blocks of 8x8x8 voxels", "without surface: not stored unless partly inside");
     if (density && scene.hypertexture->preset == HypertexturePreset::kOctaves) describe_cube(*scene.hypertexture, pack);
   } else {

@@ -126,34 +126,6 @@ Colored grow(const Colored& from, const Grid& grid) {
   return to;
 }
 
-// The voxels with surface that is not all cut away.
-Colored own_colors(const Surface& surface) {
-  Colored own;
-  own.set.blocks = surface.set.blocks;
-  std::vector<Block>& blocks = own.set.blocks;
-  const auto for_each_covered = [&](std::size_t b, auto&& call) {
-    const Block& block = surface.set.blocks[b];
-    auto i = static_cast<std::size_t>(block.first);
-    for (std::size_t x = 0; x < 8; ++x)
-      for (std::uint64_t word = block.mask[x]; word; word &= word - 1, ++i)
-        if (surface.areas[i].covered > 0) call(x, word & (~word + 1), i);
-  };
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    blocks[b].mask.fill(0);
-    for_each_covered(b, [&](std::size_t x, std::uint64_t bit, std::size_t) { blocks[b].mask[x] |= bit; });
-  });
-  number(own.set);
-  if (!surface.one_color) {
-    own.color.resize(static_cast<std::size_t>(own.set.count));
-    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-      auto to = static_cast<std::size_t>(blocks[b].first);
-      for_each_covered(b, [&](std::size_t, std::uint64_t, std::size_t i) { own.color[to++] = surface.mean_color(i); });
-    });
-  }
-  std::erase_if(blocks, [](const Block& b) { return count_voxels(b.mask) == 0; });
-  return own;
-}
-
 // A block of room on either side of the axes that repeat, with the voxels that lie kColorReach or less beyond the border.
 struct Widened {
   Grid grid;
@@ -231,7 +203,7 @@ Colored narrow(const Widened& from, const Grid& grid) {
 }
 
 // What is inside but farther than spreading reaches: blocks' mean colours, from block to block, wave by wave. One per block of the grid.
-std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, const Visibility& seen, const std::array<bool, 3>& cyclic) {
+std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, const VoxelSet& inside, const std::vector<V3i>& inside_blocks, const std::array<bool, 3>& cyclic) {
   std::vector<V3f> mean(index.slots.size(), V3f(-1, -1, -1));
   for (const Block& b : grown.set.blocks) {
     V3f sum(0, 0, 0);
@@ -242,8 +214,8 @@ std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, con
   // Through those that are inside and still without a colour.
   std::vector<char> waiting(index.slots.size(), 0);
   const auto wait = [&](const V3i& at) { if (mean[index.place(at)].x < 0) waiting[index.place(at)] = 1; };
-  for (const Block& b : seen.inside.blocks) wait(b.at);
-  for (const V3i& at : seen.inside_blocks) wait(at);
+  for (const Block& b : inside.blocks) wait(b.at);
+  for (const V3i& at : inside_blocks) wait(at);
   const auto for_each_neighbour = [&](const V3i& at, auto&& call) {
     for (int n = 0; n < 27; ++n) {
       V3i near(at.x + n / 9 - 1, at.y + n / 3 % 3 - 1, at.z + n % 3 - 1);
@@ -297,8 +269,36 @@ VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b) {
   return all;
 }
 
-ColorField spread_colors(const Surface& surface, const Visibility& seen, const Grid& grid, const std::array<bool, 3>& cyclic) {
-  Colored grown = own_colors(surface);
+BorderColors border_colors(const Surface& surface) {
+  BorderColors own;
+  own.one_color = surface.one_color;
+  own.set.blocks = surface.set.blocks;
+  std::vector<Block>& blocks = own.set.blocks;
+  const auto for_each_covered = [&](std::size_t b, auto&& call) {
+    const Block& block = surface.set.blocks[b];
+    auto i = static_cast<std::size_t>(block.first);
+    for (std::size_t x = 0; x < 8; ++x)
+      for (std::uint64_t word = block.mask[x]; word; word &= word - 1, ++i)
+        if (surface.areas[i].covered > 0) call(x, word & (~word + 1), i);
+  };
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    blocks[b].mask.fill(0);
+    for_each_covered(b, [&](std::size_t x, std::uint64_t bit, std::size_t) { blocks[b].mask[x] |= bit; });
+  });
+  number(own.set);
+  if (!surface.one_color) {
+    own.color.resize(static_cast<std::size_t>(own.set.count));
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+      auto to = static_cast<std::size_t>(blocks[b].first);
+      for_each_covered(b, [&](std::size_t, std::uint64_t, std::size_t i) { own.color[to++] = surface.mean_color(i); });
+    });
+  }
+  std::erase_if(blocks, [](const Block& b) { return count_voxels(b.mask) == 0; });
+  return own;
+}
+
+ColorField spread_colors(BorderColors border, const VoxelSet& inside, const std::vector<V3i>& inside_blocks, const Grid& grid, const std::array<bool, 3>& cyclic) {
+  Colored grown{std::move(border.set), std::move(border.color)};
   // All of it cut away: no colour at all.
   const bool none = grown.set.count == 0;
   if (cyclic[0] || cyclic[1] || cyclic[2]) {
@@ -311,19 +311,19 @@ ColorField spread_colors(const Surface& surface, const Visibility& seen, const G
   const BlockIndex index(grown.set, grid.n);
 
   ColorField field;
-  if (surface.one_color || none) field.one_color = none ? V3f(0, 0, 0) : *surface.one_color;
+  if (border.one_color || none) field.one_color = none ? V3f(0, 0, 0) : *border.one_color;
   // Whole inside blocks are tiles; voxels that spreading reached within them give way.
   BlockIndex tile;
   tile.n = index.n;
   tile.slots.assign(index.slots.size(), -1);
-  for (const V3i& at : seen.inside_blocks) tile.slots[tile.place(at)] = 0;
+  for (const V3i& at : inside_blocks) tile.slots[tile.place(at)] = 0;
   VoxelSet reached;
   for (const Block& b : grown.set.blocks)
     if (tile(b.at) < 0) reached.blocks.push_back(b);
-  field.set = join_sets(reached, seen.inside);
+  field.set = join_sets(reached, inside);
   if (field.one_color) return field;
 
-  const std::vector<V3f> mean = block_colors(grown, index, seen, cyclic);
+  const std::vector<V3f> mean = block_colors(grown, index, inside, inside_blocks, cyclic);
   field.color.resize(static_cast<std::size_t>(field.set.count));
   tbb::parallel_for(std::size_t{0}, field.set.blocks.size(), [&](std::size_t i) {
     const Block& b = field.set.blocks[i];
@@ -336,7 +336,7 @@ ColorField spread_colors(const Surface& surface, const Visibility& seen, const G
         field.color[out++] = from && from->has(x, y, z) ? grown.color[static_cast<std::size_t>(from->index(x, y, z))] : mean[index.place(b.at)];
       }
   });
-  for (const V3i& at : seen.inside_blocks) field.tiles.push_back(mean[index.place(at)]);
+  for (const V3i& at : inside_blocks) field.tiles.push_back(mean[index.place(at)]);
   return field;
 }
 

@@ -126,6 +126,7 @@ struct Rasteriser {
 
   // Whether a ray of this band passes through the box (voxel space).
   [[nodiscard]] bool meets_ray(const Box3d& box) const {
+    if (box.min[bundle.axes.w] > bundle.end) return false;
     const double u0 = std::max(box.min[bundle.axes.u], 0.0), u1 = std::min<double>(box.max[bundle.axes.u], bundle.nu);
     const double v0 = std::max<double>(box.min[bundle.axes.v], band.v0), v1 = std::min<double>(box.max[bundle.axes.v], band.v1);
     if (u0 > u1 || v0 > v1) return false;
@@ -179,7 +180,7 @@ struct Rasteriser {
     const std::int64_t(&y)[3] = c.y;
     const std::int64_t from_v = std::max(std::min({y[0], y[1], y[2]}), std::int64_t{band.v0} << kFixedBits);
     const std::int64_t to_v = std::min(std::max({y[0], y[1], y[2]}), (std::int64_t{band.v1} << kFixedBits) - 1);
-    if (from_v > to_v) return;
+    if (from_v > to_v || std::min({c.w[0], c.w[1], c.w[2]}) > bundle.end) return;
     const std::int64_t row0 = row_at(from_v), row1 = row_at(to_v + 1);
     if (row0 >= row1) return;
     if (std::max({x[0], x[1], x[2]}) < 0 || std::min({x[0], x[1], x[2]}) > std::int64_t{bundle.nu} << kFixedBits) return;
@@ -212,7 +213,7 @@ struct Rasteriser {
         ++voxel_row;
       }
       const std::int64_t v = (voxel_row << kFixedBits) + pattern.v[r];
-      if (v == not_mine) continue;
+      if (v == not_mine || (!bundle.used.empty() && bundle.used[static_cast<std::size_t>(row)] == 0)) continue;
       const auto vd = static_cast<double>(v);
       double lo = -1, hi = end;
       for (int i = 0; i < lefts; ++i) lo = std::max(lo, left[i].at(vd));

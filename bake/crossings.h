@@ -1,6 +1,7 @@
 #pragma once
 // Stage 3: Plan -> sorted surface crossings of the axis-parallel sub-rays (fixed-point rasteriser)
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "bake/plan.h"
@@ -51,6 +52,8 @@ struct Bundle {
   int nu = 0, nv = 0, nw = 0;
   int band_rows = 8;                       // voxel rows a band covers
   int bands = 0;
+  double end = std::numeric_limits<double>::infinity();  // voxels along w: surface wholly beyond is left out
+  std::vector<char> used;                  // per row of rays: 0: not traced; empty: all are
   std::vector<std::int64_t> points;        // fixed point (u, v) of each point
   std::vector<std::size_t> first;          // triangles by band: bins[first[b] … first[b+1]), ascending
   std::vector<std::uint32_t> bins;

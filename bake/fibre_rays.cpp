@@ -75,6 +75,7 @@ void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& 
     const int v0 = std::max(out.v0, static_cast<int>(std::floor(std::max(lo, -1.0)))), v1 = std::min(out.v1, static_cast<int>(std::min(hi, bundle.nv + 1.0)) + 1);
     for (int row = v0; row < v1; ++row)
       for (int r = 0; r < pattern.rows; ++r) {
+        if (!bundle.used.empty() && bundle.used[static_cast<std::size_t>(row) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r)] == 0) continue;
         const double v = row + pattern.v[static_cast<std::size_t>(r)] * kUnit;
         if (v < lo || v > hi) continue;
         double from = 0, to = 0;

@@ -526,11 +526,7 @@ SliceRecords make_slices(const Surface& surface, const Visibility& seen, const G
       }
     }
   });
-  Bundle bundle;
-  bundle.axis = axis;
-  bundle.nu = nu;
-  bundle.nv = nv;
-  return gather_slices(bundle, count, bands);
+  return gather_slices(axis, nu, nv, count, bands);
 }
 
 }  // namespace
@@ -615,9 +611,7 @@ DensityBake bake_density(const Scene& scene, const Grid& grid, const Recipe& rec
   const double edge = grid.h;
   for (const Areas& a : result.surfaces[0].areas) result.area += a.area * edge * edge;
   result.mass *= edge * edge * edge;
-  result.seen.volume = 0;
-  for (const float f : result.seen.levels[0].solid) result.seen.volume += static_cast<double>(f);
-  result.seen.volume += static_cast<double>(result.seen.levels[0].inside_count);
+  for (const float f : result.seen.levels[0].solid) result.filled += static_cast<double>(f);
 
   const Surface& surface = result.surfaces[0];
   const auto shade = [&](const V3i& voxel, std::int64_t index) {
@@ -631,7 +625,7 @@ DensityBake bake_density(const Scene& scene, const Grid& grid, const Recipe& rec
   };
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    if (options.slice_axes[a]) result.seen.slices[a] = make_slices(surface, result.seen.levels[0], grid, axis, options.slice_counts[a], shade);
+    if (options.slice_axes[a]) result.stacks[a] = make_slices(surface, result.seen.levels[0], grid, axis, options.slice_counts[a], shade);
   }
   return result;
 }

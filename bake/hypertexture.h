@@ -32,6 +32,8 @@ struct DensityOptions {
 struct DensityBake {
   std::vector<Surface> surfaces;                   // per level
   VisibilityResult seen;
+  std::array<SliceRecords, 3> stacks;              // of the axes wanted
+  double filled = 0;                               // of the border voxels, voxels³
   double mass = 0;                                 // ∫ D, world units³
   double area = 0;                                 // ∫ |∇D|, world units²
 };

@@ -2,6 +2,7 @@
 // Stage 1: Scene -> Plan: grid, components, orientation, what takes part in the fill
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "bake/fibre.h"
@@ -12,6 +13,11 @@
 #include "formats/scene.h"
 
 namespace texel {
+
+// Layers of the grid that are baked together: voxels [z0, z1) of level 0. z0 is a multiple of 8, z1 too unless the grid ends there.
+struct Slab {
+  int z0 = 0, z1 = std::numeric_limits<int>::max();
+};
 
 // What the later stages need to know of a scene, in voxel space.
 struct Plan {

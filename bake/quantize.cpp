@@ -81,7 +81,6 @@ Layer matter_layer(const Surface& surface, const Visibility& seen, const Grid& g
       return V3d(depth / 3 / grid.h, 0, 0);
     });
     tiles(c, cap / grid.h);
-    c.full_float = !half_holds(c);
     layer.channels.push_back(std::move(c));
   }
   if (recipe.want.visibility) {
@@ -144,27 +143,96 @@ Layer surface_layer(const Surface& surface, const Visibility& seen, int level, c
   return layer;
 }
 
+// Moves what is in `from` to the end of `to`.
+template <class T>
+void append(std::vector<T>& from, std::vector<T>& to) {
+  if (to.capacity() == 0) to = std::move(from);
+  else to.insert(to.end(), from.begin(), from.end());
+  from = {};
+}
+
+// `from` lies above all of `to`.
+void append_set(VoxelSet& from, VoxelSet& to) {
+  if (to.blocks.empty()) to = std::move(from);
+  else for (const Block& block : from.blocks) to.add(block.at, block.mask);
+  from = {};
+}
+
+// A slab without voxels of a layer may lack channels of it; the others have the same ones.
+Layer join_layers(std::vector<LevelPart>& parts, Layer LevelPart::* layer) {
+  Layer all;
+  for (LevelPart& part : parts) {
+    Layer& from = part.*layer;
+    if (from.set.count == 0 && from.tiles.empty() && &part != &parts.front()) continue;
+    if (all.set.count == 0 && all.tiles.empty()) all.channels = {};
+    if (all.channels.empty())
+      for (const Channel& c : from.channels) all.channels.push_back({c.name, c.components, {}, {}, c.full_float});
+    append_set(from.set, all.set);
+    append(from.tiles, all.tiles);
+  }
+  // One channel after the other, so that no more than one is there twice.
+  for (Channel& c : all.channels) {
+    std::size_t values = 0;
+    const auto own = [&](LevelPart& part) {
+      std::vector<Channel>& channels = (part.*layer).channels;
+      return std::find_if(channels.begin(), channels.end(), [&](const Channel& other) { return other.name == c.name; });
+    };
+    for (LevelPart& part : parts)
+      if (const auto it = own(part); it != (part.*layer).channels.end()) values += it->values.size();
+    if (parts.size() > 1) c.values.reserve(values);
+    for (LevelPart& part : parts) {
+      const auto it = own(part);
+      if (it == (part.*layer).channels.end()) continue;
+      append(it->values, c.values);
+      append(it->tiles, c.tiles);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
-Level make_level(const Surface& surface, const Visibility& seen, const ColorField& color, const Grid& grid, int level, const Recipe& recipe, const MaterialKinds& kinds) {
+LevelPart make_part(const Surface& surface, const Visibility& seen, const Grid& grid, int level, const Recipe& recipe, const MaterialKinds& kinds) {
+  LevelPart part;
+  if (recipe.want.density || recipe.want.visibility) part.matter = matter_layer(surface, seen, grid, recipe);
+  part.surface = surface_layer(surface, seen, level, recipe, kinds);
+  if (!recipe.want.color) return part;
+  part.colors = border_colors(surface);
+  part.inside = seen.inside;
+  part.inside_blocks = seen.inside_blocks;
+  return part;
+}
+
+Level join_parts(std::vector<LevelPart>& parts, const Grid& grid, const Recipe& recipe) {
   Level out;
   out.grid = grid;
-  const auto keep = [&](Layer layer) { if (!layer.channels.empty()) out.layers.push_back(std::move(layer)); };
-  if (recipe.want.density || recipe.want.visibility) keep(matter_layer(surface, seen, grid, recipe));
-  keep(surface_layer(surface, seen, level, recipe, kinds));
-  if (recipe.want.color) {
-    Layer layer;
-    layer.set = color.set;
-    layer.tiles = seen.inside_blocks;
-    const auto of = [&](const std::vector<V3f>& colors, std::size_t i) { return color.one_color ? *color.one_color : colors[i]; };
-    Channel c = make_channel("Cd", 3, color.set.count, [&](std::size_t i) { return V3d(of(color.color, i)); });
-    for (std::size_t t = 0; t < layer.tiles.size(); ++t) {
-      const V3f v = of(color.tiles, t);
-      c.tiles.insert(c.tiles.end(), {v.x, v.y, v.z});
-    }
-    layer.channels.push_back(std::move(c));
-    keep(std::move(layer));
+  for (Layer LevelPart::* layer : {&LevelPart::matter, &LevelPart::surface}) {
+    Layer all = join_layers(parts, layer);
+    for (Channel& c : all.channels)
+      if (c.name == "density") c.full_float = !half_holds(c);
+    if (!all.channels.empty()) out.layers.push_back(std::move(all));
   }
+  if (!recipe.want.color) return out;
+  BorderColors border;
+  VoxelSet inside;
+  Layer layer;
+  for (LevelPart& part : parts) {
+    border.one_color = part.colors.one_color;
+    append_set(part.colors.set, border.set);
+    append_set(part.inside, inside);
+    append(part.colors.color, border.color);
+    append(part.inside_blocks, layer.tiles);
+  }
+  ColorField color = spread_colors(std::move(border), inside, layer.tiles, grid, recipe.cyclic);
+  layer.set = std::move(color.set);
+  const auto of = [&](const std::vector<V3f>& colors, std::size_t i) { return color.one_color ? *color.one_color : colors[i]; };
+  Channel c = make_channel("Cd", 3, layer.set.count, [&](std::size_t i) { return V3d(of(color.color, i)); });
+  for (std::size_t t = 0; t < layer.tiles.size(); ++t) {
+    const V3f v = of(color.tiles, t);
+    c.tiles.insert(c.tiles.end(), {v.x, v.y, v.z});
+  }
+  layer.channels.push_back(std::move(c));
+  out.layers.push_back(std::move(layer));
   return out;
 }
 

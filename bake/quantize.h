@@ -1,5 +1,5 @@
 #pragma once
-// Stage 9: surface, visibility, colour of a level -> the pack's grids
+// Stage 9: surface, visibility of a level, slab by slab -> the pack's grids
 #include "bake/color.h"
 #include "bake/ndf.h"
 #include "bake/recipe.h"
@@ -12,8 +12,18 @@ namespace texel {
 // Which optional grids the scene has something to say in.
 struct MaterialKinds { bool ks = false, roughness = false, transparency = false, emission = false, cutouts = false; };
 
-// The grids of one level as docs/pack-format.md defines them; only those the recipe wants. Values are rounded to float here and nowhere else.
-[[nodiscard]] Level make_level(const Surface& surface, const Visibility& seen, const ColorField& color, const Grid& grid, int level,
-                               const Recipe& recipe, const MaterialKinds& kinds);
+// What a slab gives to a level: its grids, but for colour, which runs from slab to slab.
+struct LevelPart {
+  Layer matter, surface;
+  BorderColors colors;             // where colour is wanted
+  VoxelSet inside;                 // as Visibility has them
+  std::vector<V3i> inside_blocks;
+};
+
+// The grids as docs/pack-format.md defines them; only those the recipe wants. Values are rounded to float here and nowhere else.
+[[nodiscard]] LevelPart make_part(const Surface& surface, const Visibility& seen, const Grid& grid, int level, const Recipe& recipe, const MaterialKinds& kinds);
+
+// Parts, lowest first, to one level; they are taken apart on the way.
+[[nodiscard]] Level join_parts(std::vector<LevelPart>& parts, const Grid& grid, const Recipe& recipe);
 
 }  // namespace texel

@@ -85,7 +85,7 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
       }
   };
   const auto touch = [&](int k) {
-    if (k < 0 || k >= count || scratch.is_touched[static_cast<std::size_t>(k)]) return;
+    if (k < place.first || k >= place.last || scratch.is_touched[static_cast<std::size_t>(k)]) return;
     scratch.is_touched[static_cast<std::size_t>(k)] = true;
     scratch.touched.push_back(k);
   };
@@ -98,6 +98,7 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
   if (!any && (place.cells.empty() || count != bundle.nw)) return;
   for (const Cell& cell : place.cells) {
     const int k = count == bundle.nw ? cell.k : static_cast<int>((cell.k + 0.5) * count / bundle.nw);
+    if (k < place.first || k >= place.last) continue;
     touch(k);
     scratch.voxel[static_cast<std::size_t>(k)] = cell.index;
   }
@@ -108,7 +109,7 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
   for_each_ray([&](std::span<const Crossing> list, double u, double v) {
     int winding = 0;
     std::size_t c = 0;
-    const int start = scratch.touched.empty() ? count : scratch.touched.front();
+    const int start = scratch.touched.empty() ? place.last : scratch.touched.front();
     for (; c < list.size() && slice_of(bundle, list[c], count) < start; ++c) winding += list[c].winding;
     inside_first += winding != 0;
     for (std::size_t i = 0; i < scratch.touched.size(); ++i) {
@@ -125,9 +126,9 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
 
   const int rays = pattern.rays();
   const auto at = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(bundle.nu) + static_cast<std::uint32_t>(column);
-  int from = 0, inside = inside_first;
+  int from = place.first, inside = inside_first;
   for (std::size_t i = 0; i <= scratch.touched.size(); ++i) {
-    const int to = i < scratch.touched.size() ? scratch.touched[i] : count;
+    const int to = i < scratch.touched.size() ? scratch.touched[i] : place.last;
     if (inside > 0 && to > from) out.runs.push_back({at, from, to, static_cast<float>(inside) / static_cast<float>(rays)});
     if (i == scratch.touched.size()) break;
     from = to + 1;
@@ -159,12 +160,12 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
   }
 }
 
-SliceRecords gather_slices(const Bundle& bundle, int count, std::vector<SliceBand>& bands) {
+SliceRecords gather_slices(int axis, int width, int height, int count, std::vector<SliceBand>& bands) {
   SliceRecords all;
-  all.axis = bundle.axis;
+  all.axis = axis;
   all.count = count;
-  all.width = bundle.nu;
-  all.height = bundle.nv;
+  all.width = width;
+  all.height = height;
   all.first.assign(static_cast<std::size_t>(count) + 1, 0);
   for (const SliceBand& band : bands)
     for (const auto& r : band.records) ++all.first[static_cast<std::size_t>(r.slice) + 1];

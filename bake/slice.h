@@ -69,11 +69,12 @@ struct SliceBand {                    // what one band makes, in its own slot
 };
 // Where slices are voxels thick they take the volume's opacity, so that both agree: `gain`, by border voxel, is it over the rays' plain
 // mean; `missed` is the opacity itself where no ray met the surface, 0 elsewhere.
-struct SliceColumn { int column, row, count; std::span<const Cell> cells; std::span<const float> gain, missed; };
+// Slices [first, last) of `count`.
+struct SliceColumn { int column, row, count, first, last; std::span<const Cell> cells; std::span<const float> gain, missed; };
 void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& at, const SliceShader& shade, SliceScratch& scratch, SliceBand& out);
 
 // Bands in order -> one stack's records.
-[[nodiscard]] SliceRecords gather_slices(const Bundle& bundle, int count, std::vector<SliceBand>& bands);
+[[nodiscard]] SliceRecords gather_slices(int axis, int width, int height, int count, std::vector<SliceBand>& bands);
 
 // The picture of slice k: straight linear RGBA, top row = highest coordinate. Inside pixels take the colour of the nearest pixel of
 // this slice that has one; outside, colour runs on for kBleed pixels, then is the mean of the slice's. Colour runs across the borders of

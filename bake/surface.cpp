@@ -266,15 +266,16 @@ struct Clipper {
 };
 
 // Triangles that meet each layer of blocks, in ascending order: bins[first[l] … first[l+1]).
-void bin_triangles(const Scene& scene, const Plan& plan, int layers, std::vector<std::size_t>& first, std::vector<std::uint32_t>& bins) {
+// Only those of a slab, layers [from, to), have any.
+void bin_triangles(const Scene& scene, const Plan& plan, int from, int to, int layers, std::vector<std::size_t>& first, std::vector<std::uint32_t>& bins) {
   const auto range = [&](std::uint32_t t, int& l0, int& l1) {
     const auto& tri = scene.mesh.triangles[t];
     const double a = plan.points[tri[0]].z, b = plan.points[tri[1]].z, c = plan.points[tri[2]].z;
     const double lo = std::min({a, b, c}), hi = std::max({a, b, c});
     if (hi < -1 || lo > plan.grid.n.z + 1) return false;
     // One cell more below than the rule of walls can ask for: a layer that gets nothing of a triangle loses a few nanoseconds.
-    l0 = std::max(0, (static_cast<int>(std::floor(std::max(lo, -8.0))) - 1) >> 3);
-    l1 = std::min(layers - 1, static_cast<int>(std::min(std::ceil(hi), static_cast<double>(plan.grid.n.z))) >> 3);
+    l0 = std::max(from, (static_cast<int>(std::floor(std::max(lo, -8.0))) - 1) >> 3);
+    l1 = std::min(to - 1, static_cast<int>(std::min(std::ceil(hi), static_cast<double>(plan.grid.n.z))) >> 3);
     return l0 <= l1;
   };
   first.assign(static_cast<std::size_t>(layers) + 1, 0);
@@ -341,6 +342,7 @@ Surface pack_layer(const Layer8& layer, const V3i& blocks, int bz, const Surface
 
 // Layers, lowest first -> one surface. Each part's memory goes back as soon as it is copied.
 Surface join(std::vector<Surface>& parts) {
+  if (parts.size() == 1) return std::move(parts[0]);
   Surface surface;
   std::vector<std::int64_t> first;
   for (const Surface& part : parts) {
@@ -371,11 +373,19 @@ Surface join(std::vector<Surface>& parts) {
 
 }  // namespace
 
-Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report) {
+Surface join_surfaces(std::vector<Surface>& parts) {
+  const std::optional<V3f> one_color = parts.empty() ? std::nullopt : parts.front().one_color;
+  Surface surface = join(parts);
+  surface.one_color = one_color;
+  return surface;
+}
+
+Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report, const Slab& slab) {
   const V3i blocks((plan.grid.n.x + 7) / 8, (plan.grid.n.y + 7) / 8, (plan.grid.n.z + 7) / 8);
   std::vector<std::size_t> first;
   std::vector<std::uint32_t> bins;
-  bin_triangles(scene, plan, blocks.z, first, bins);
+  const int from = slab.z0 / 8, to = (std::min(slab.z1, plan.grid.n.z) + 7) / 8;
+  bin_triangles(scene, plan, from, to, blocks.z, first, bins);
   std::vector<std::size_t> fibre_first;
   std::vector<std::uint32_t> fibre_bins;
   if (!plan.fibres.empty()) bin_fibres(plan, blocks.z, fibre_first, fibre_bins);
@@ -383,10 +393,10 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
   const PlacedLayers placed = layer_placed(plan, 2, 8, blocks.z);
   const std::vector<ShapeSums> sums = sum_shapes(scene, plan, textures, want.color);
   const Clipper clipper{scene, plan, textures, want, blocks};
-  std::vector<Surface> parts(static_cast<std::size_t>(blocks.z));
+  std::vector<Surface> parts(static_cast<std::size_t>(to - from));
   tbb::enumerable_thread_specific<Layer8> layers;
   std::atomic<int> done{0};
-  tbb::parallel_for(0, blocks.z, [&](int bz) {
+  tbb::parallel_for(from, to, [&](int bz) {
     Layer8& layer = layers.local();
     layer.slot.assign(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y), -1);
     layer.used = 0;
@@ -399,8 +409,8 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
     for (std::size_t f = fibre_first.empty() ? 0 : fibre_first[static_cast<std::size_t>(bz)]; !fibre_first.empty() && f < fibre_first[static_cast<std::size_t>(bz) + 1]; ++f)
       clipper.clip_fibre(layer, plan.fibres[fibre_bins[f]], z0, z1);
     for (const std::uint32_t i : placed.of(bz)) clipper.clip_placed(layer, plan.placed[i], sums[plan.placed[i].shape], z0, z1);
-    parts[static_cast<std::size_t>(bz)] = pack_layer(layer, blocks, bz, want);
-    if (report.progress) report.progress("surface", static_cast<double>(++done) / blocks.z);
+    parts[static_cast<std::size_t>(bz - from)] = pack_layer(layer, blocks, bz, want);
+    if (report.progress) report.progress("surface", static_cast<double>(++done) / (to - from));
   });
   layers.clear();
   return join(parts);

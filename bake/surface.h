@@ -96,8 +96,12 @@ struct Surface {
 struct SurfaceWant { bool color = true, normals = true, material = true; };
 
 // Exact to rounding: Σ area over voxels is the area of the mesh within the box. A voxel's sums run in triangle order.
-// Memory: 96–280 bytes a border voxel. Threads: one block layer (8 voxels along z) a task.
-[[nodiscard]] Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report);
+// Of the slab alone; a voxel's sums do not depend on it.
+// Memory: 96–280 bytes a border voxel, twice that for a moment. Threads: one block layer (8 voxels along z) a task.
+[[nodiscard]] Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report, const Slab& slab = {});
+
+// Surfaces of slabs, lowest first, as one. Each part's memory goes back as soon as it is copied.
+[[nodiscard]] Surface join_surfaces(std::vector<Surface>& parts);
 
 // Sums of eight children each: the surface one level up.
 [[nodiscard]] Surface coarser(const Surface& fine);

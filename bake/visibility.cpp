@@ -86,10 +86,10 @@ struct Worker {                               // reused buffers of one thread
 };
 
 // Follows one ray through the border voxels of its column, from crossing to crossing. Cells are level-`level` voxels. `sums` has one more
-// than cells, for what begins to pass beyond the last.
-void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, std::span<CellSum> sums, int* inside_first) {
+// than cells, for what begins to pass beyond the last. The column begins at `start`, voxels of level 0.
+void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, int start, std::span<CellSum> sums, int* inside_first) {
   int winding = 0;
-  const int below = cells.empty() ? 0 : cells.front().k << level;
+  const int below = cells.empty() ? start : cells.front().k << level;
   while (c != end && c->cell < below) winding += (c++)->winding;
   if (inside_first) *inside_first += winding != 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -161,6 +161,17 @@ struct RayStep {
   [[nodiscard]] int first_column(std::int64_t r) const { return static_cast<int>((r >> shift) * 7 & (step - 1)); }
 };
 
+// Rows of a bundle that one of the levels [first, last) uses.
+std::vector<char> used_rows(const Bundle& bundle, int first, int last) {
+  std::vector<char> used(static_cast<std::size_t>(bundle.nv) * static_cast<std::size_t>(bundle.pattern.rows), 0);
+  for (int level = first; level < last; ++level) {
+    const RayStep step(level);
+    for (std::size_t row = 0; row < used.size(); ++row)
+      if (step.row(static_cast<std::int64_t>(row))) used[row] = 1;
+  }
+  return used;
+}
+
 struct Tracer {
   const Bundle& bundle;
   std::span<const LevelView> views;
@@ -169,9 +180,9 @@ struct Tracer {
   std::vector<float>& lengths;                // of this axis: inside length of all rays, per level-0 voxel; empty: not needed
   std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn; empty without slices
   std::vector<float>& missed;
-  // Per level-0 column (row · nu + column): its mean winding number where it enters the box, which is the share inside where matter does not
-  // overlap; NaN: not exactly known. Null: 0 everywhere, the box cuts no matter.
-  std::vector<double>* begins_inside;
+  SlabSums& slabs;
+  int low, high;                              // voxels of the columns: all, or the slab's
+  std::vector<double>* begins_inside;         // SlabSums', of this axis; null: 0 everywhere
   std::vector<double>& exact_solid;           // per level-0 voxel: filled fraction where exactly known, else −1; rays along z only
   int levels;                                 // how many of them are traced
   const VisibilityOptions& options;
@@ -238,7 +249,10 @@ struct Tracer {
     const Band& band = w.band;
     const RayPattern& pattern = bundle.pattern;
     views[static_cast<std::size_t>(level)].cells(bundle.axes, cu, cv, w.cells);
-    if (level == 0 && begins_inside) begin_of(cu, cv) = winding_at_box(band, cu, cv, w.cells);
+    if (level == 0 && low == 0) {
+      if (begins_inside) begin_of(cu, cv) = winding_at_box(band, cu, cv, w.cells);
+      if (bundle.axis == 2 && !slabs.inside.empty()) slabs.inside[0][place_of(cu, cv)] = begins_inside ? begin_of(cu, cv) : 0;
+    }
     if (w.cells.empty() && !runs) return;
     // finish_column reads them in another order than they lie in; while the rays are followed they come nearer.
     for (const Cell& cell : w.cells) prefetch_lines(&views[static_cast<std::size_t>(level)].surface->areas[static_cast<std::size_t>(cell.index)]);
@@ -256,7 +270,7 @@ struct Tracer {
         ++rays;
         if (list.empty()) continue;           // meets nothing anywhere: adds nothing
         if (level == 0 && visible) add_visible(list, w.cells);
-        follow_ray(list.data(), list.data() + list.size(), w.cells, level, w.sums, runs ? &inside_first : nullptr);
+        follow_ray(list.data(), list.data() + list.size(), w.cells, level, low, w.sums, runs ? &inside_first : nullptr);
       }
     }
     fold(w.sums, 1 << level);
@@ -268,9 +282,9 @@ struct Tracer {
     }
     if (!runs) return;
     // Between border voxels all rays agree; half of them decides, should rounding make one differ.
-    int from = 0, inside = inside_first;
+    int from = low, inside = inside_first;
     for (std::size_t i = 0; i <= w.cells.size(); ++i) {
-      const int to_cell = i < w.cells.size() ? w.cells[i].k : bundle.nw;
+      const int to_cell = i < w.cells.size() ? w.cells[i].k : high;
       if (2 * inside > rays && to_cell > from) runs->push_back({cu, cv, from, to_cell});
       if (i == w.cells.size()) break;
       from = w.cells[i].k + 1;
@@ -285,7 +299,7 @@ struct Tracer {
     std::size_t c = 0;
     for (; c < cells.size() && cells[c].k == static_cast<int>(c); ++c)
       lost += views[0].surface->areas[static_cast<std::size_t>(cells[c].index)].outward[bundle.axis];
-    if (static_cast<int>(c) == bundle.nw) return std::numeric_limits<double>::quiet_NaN();
+    if (static_cast<int>(c) == high) return std::numeric_limits<double>::quiet_NaN();
     const RayPattern& pattern = bundle.pattern;
     double winding = 0;
     for (int r = 0; r < pattern.rows; ++r)
@@ -300,9 +314,8 @@ struct Tracer {
     return std::round(winding / pattern.rays() - lost) + lost;
   }
 
-  [[nodiscard]] double& begin_of(int u, int v) const {
-    return (*begins_inside)[static_cast<std::size_t>(v) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u)];
-  }
+  [[nodiscard]] std::size_t place_of(int u, int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u); }
+  [[nodiscard]] double& begin_of(int u, int v) const { return (*begins_inside)[place_of(u, v)]; }
 
   // The same of a column at any level, once level 0 is done: the mean of its columns, those beyond the grid being empty.
   double begin_winding(int level, int cu, int cv) const {
@@ -319,7 +332,9 @@ struct Tracer {
     const auto l = static_cast<std::size_t>(level), axis = static_cast<std::size_t>(bundle.axis);
     const RayStep step(level);
     const double face = std::pow(4.0, level), rays = bundle.pattern.rays() * face / (static_cast<double>(step.step) * step.step);
-    double inside = begins_inside ? begin_winding(level, cu, cv) : 0;
+    std::vector<double>* carried = bundle.axis == 2 && !slabs.inside.empty() ? &slabs.inside[l] : nullptr;
+    const std::size_t column = static_cast<std::size_t>(cv) * static_cast<std::size_t>(((bundle.nu - 1) >> level) + 1) + static_cast<std::size_t>(cu);
+    double inside = carried && low > 0 ? (*carried)[column] : begins_inside ? begin_winding(level, cu, cv) : 0;
     for (std::size_t c = 0; c < cells.size(); ++c) {
       const auto i = static_cast<std::size_t>(cells[c].index);
       const Areas& p = views[l].surface->areas[i];
@@ -343,13 +358,23 @@ struct Tracer {
       const double clear = surface.material.empty() || !(covered > 0) ? 0 : surface.material[i].transparency / covered;
       missed[i] = static_cast<float>(alpha * (1 - clear));
     }
+    if (carried) (*carried)[column] = inside;
+  }
+
+  // The first of `count` slices whose middle lies in voxel k or beyond.
+  [[nodiscard]] int first_slice_of(int k, int count) const {
+    int slice = static_cast<int>(std::int64_t{k} * count / bundle.nw);
+    while (slice < count && static_cast<int>((slice + 0.5) * bundle.nw / count) < k) ++slice;
+    while (slice > 0 && static_cast<int>((slice - 0.5) * bundle.nw / count) >= k) --slice;
+    return slice;
   }
 
   // `runs` collects the inside runs, on one axis only.
   void band(Worker& w, int index, SliceBand* slices, std::vector<InsideRun>* runs) const {
     trace_band(bundle, index, w.band, w.trace);
     const auto axis = static_cast<std::size_t>(bundle.axis);
-    for (int level = 0; level < levels; ++level) {
+    const int count = options.slice_counts[axis], first_slice = first_slice_of(low, count), last_slice = first_slice_of(high, count);
+    for (int level = options.first_level; level < levels; ++level) {
       const int c0 = w.band.v0 >> level, c1 = (w.band.v1 - 1) >> level, cu1 = (bundle.nu - 1) >> level;
       for (int cv = c0; cv <= c1; ++cv)
         for (int cu = 0; cu <= cu1; ++cu) level_column(w, level, cu, cv, level == 0 ? runs : nullptr);
@@ -358,7 +383,7 @@ struct Tracer {
       for (int v = w.band.v0; v < w.band.v1; ++v)
         for (int u = 0; u < bundle.nu; ++u) {
           views[0].cells(bundle.axes, u, v, w.cells);
-          slice_column(bundle, w.band, {u, v, options.slice_counts[axis], w.cells, gain, missed}, shade, w.slice, *slices);
+          slice_column(bundle, w.band, {u, v, count, first_slice, last_slice, w.cells, gain, missed}, shade, w.slice, *slices);
         }
   }
 };
@@ -413,7 +438,7 @@ bool matter_begins_inside(const Bundle& bundle) {
 // One axis: traces its bundle, leaves opacity in `result`, inside lengths in `lengths` unless that is empty, inside runs in `runs` (rays
 // along z only). Returns how many crossings there are.
 std::int64_t see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const VisibilityOptions& options, const SliceShader& shade, std::vector<float>& lengths,
-                      std::vector<double>& exact_solid, std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, const std::function<void(double)>& progress) {
+                      std::vector<double>& exact_solid, std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, SlabSums& slabs, const std::function<void(double)>& progress) {
   const auto a = static_cast<std::size_t>(bundle.axis);
   const bool volume = options.volume_axes[a];
   // Slices take their opacity from level 0 too.
@@ -428,42 +453,55 @@ std::int64_t see_axis(const Bundle& bundle, std::span<const Surface> surfaces, c
   }
   const std::size_t slice_voxels = options.slice_axes[a] ? static_cast<std::size_t>(surfaces[0].set.count) : 0;
   std::vector<float> gain(slice_voxels, 1.0f), missed(slice_voxels, 0.0f);
-  const bool collects = volume && bundle.axis == 2 && bundle.plan->fill;
+  const bool collects = volume && bundle.axis == 2 && bundle.plan->fill && options.first_level == 0;
   if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
-  std::vector<SliceBand> slices(options.slice_axes[a] ? static_cast<std::size_t>(bundle.bands) : 0);
+  if (options.slice_axes[a]) slabs.slices[a].resize(static_cast<std::size_t>(bundle.bands));
 
-  std::vector<double> begins_inside;
-  if (matter_begins_inside(bundle)) begins_inside.resize(static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.nv));
-  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, begins_inside.empty() ? nullptr : &begins_inside, exact_solid, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
+  // Rays along z pass through all slabs; bands of the others lie in one.
+  const Slab slab{options.slab.z0, std::min(options.slab.z1, bundle.plan->grid.n.z)};
+  const bool along = bundle.axis == 2;
+  std::vector<double>& begins_inside = slabs.begins_inside[a];
+  if (begins_inside.empty() && options.first_level == 0 && matter_begins_inside(bundle)) begins_inside.resize(static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.nv));
+  if (slab.z0 == 0 && slab.z1 == bundle.nw) slabs.inside.clear();
+  else if (along && slab.z0 == 0 && bundle.plan->fill) {
+    slabs.inside.resize(static_cast<std::size_t>(levels));
+    for (int level = 0; level < levels; ++level)
+      slabs.inside[static_cast<std::size_t>(level)].resize(static_cast<std::size_t>(((bundle.nu - 1) >> level) + 1) * static_cast<std::size_t>(((bundle.nv - 1) >> level) + 1));
+  }
+  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, slabs, along ? slab.z0 : 0, along ? slab.z1 : bundle.nw, begins_inside.empty() ? nullptr : &begins_inside,
+                      exact_solid, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
+  const int b0 = along ? 0 : slab.z0 / bundle.band_rows, b1 = along ? bundle.bands : (slab.z1 + bundle.band_rows - 1) / bundle.band_rows;
   tbb::enumerable_thread_specific<Worker> workers;
   std::atomic<std::int64_t> met{0};
   std::atomic<int> done{0};
-  tbb::parallel_for(0, bundle.bands, [&](int b) {
+  tbb::parallel_for(b0, b1, [&](int b) {
     Worker& w = workers.local();
     const auto s = static_cast<std::size_t>(b);
     Tracer own = tracer;  // it holds a buffer
-    own.band(w, b, slices.empty() ? nullptr : &slices[s], collects ? &runs[s] : nullptr);
-    met += w.band.first.back();
-    progress(static_cast<double>(++done) / bundle.bands);
+    own.band(w, b, options.slice_axes[a] ? &slabs.slices[a][s] : nullptr, collects ? &runs[s] : nullptr);
+    const auto begin = w.band.crossings.begin(), end = begin + w.band.first.back();
+    const bool all = !along || (slab.z0 == 0 && slab.z1 == bundle.nw);
+    met += all ? end - begin : std::count_if(begin, end, [&](const Crossing& c) { return (c.cell >= slab.z0 || slab.z0 == 0) && (c.cell < slab.z1 || slab.z1 == bundle.nw); });
+    progress(static_cast<double>(++done) / (b1 - b0));
   });
-  for (int level = 1; level < levels; ++level)
-    tbb::parallel_for(0, ((bundle.nv - 1) >> level) + 1, [&](int v) {
+  for (int level = std::max(1, options.first_level); level < levels; ++level) {
+    const int v0 = along ? 0 : slab.z0 >> level, v1 = along ? bundle.nv : slab.z1;
+    tbb::parallel_for(v0, ((v1 - 1) >> level) + 1, [&](int v) {
       std::vector<Cell> cells;
       for (int u = 0; u <= (bundle.nu - 1) >> level; ++u) {
         views[static_cast<std::size_t>(level)].cells(bundle.axes, u, v, cells);
         tracer.finish_column(level, u, v, cells, [&](std::size_t i) { return sums[static_cast<std::size_t>(level)].get(cells[i].index); });
       }
     });
-  if (!slices.empty()) result.slices[a] = gather_slices(bundle, options.slice_counts[a], slices);
+  }
   return met.load();
 }
 
-// Filled fraction of each border voxel; returns their sum. Where `exact` does not know it: chords along an axis are exact for surface that
+// Filled fraction of each border voxel; adds them up in `filled`. Where `exact` does not know it: chords along an axis are exact for surface that
 // faces it, while surface beside the rays is met in whole sub-ray rows, so each axis counts as much as the surface in the voxel faces it.
-double fill_fractions(const Surface& surface, const std::array<std::vector<float>, 3>& lengths, std::span<const double> exact, double rays, Visibility& to) {
+void fill_fractions(const Surface& surface, const std::array<std::vector<float>, 3>& lengths, std::span<const double> exact, double rays, Visibility& to, double& filled) {
   const auto count = static_cast<std::size_t>(surface.set.count);
   to.solid.assign(count, 0);
-  double filled = 0;
   for (std::size_t i = 0; i < count; ++i) {
     double share = exact[i];
     if (share < 0) {
@@ -487,43 +525,72 @@ double fill_fractions(const Surface& surface, const std::array<std::vector<float
       for (int a = 0; a < 3; ++a)
         if (auto& alpha = to.alpha[static_cast<std::size_t>(a)]; !alpha.empty()) alpha[i] = std::min(alpha[i], static_cast<float>(surface.areas[i].crossings[a]));
   }
-  return filled;
 }
 
 }  // namespace
 
 VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
-                            const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, Report& report) {
+                            const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, SlabSums& sums, Report& report) {
   VisibilityResult result;
   result.levels.resize(surfaces.size());
   const auto count = static_cast<std::size_t>(surfaces[0].set.count);
-  if (options.visible_normals) result.levels[0].visible.resize(count);
+  const bool finest = options.first_level == 0;
+  if (options.visible_normals && finest) result.levels[0].visible.resize(count);
   std::vector<std::vector<InsideRun>> runs;
   std::array<std::vector<float>, 3> lengths;
   // Without filled matter it is known: 0.
   std::vector<double> exact_solid(count, plan.fill ? -1 : 0);
-  bool chords = plan.fill;
+  bool chords = plan.fill && finest;
   int rays = 0, begun = 0;
-  std::array<std::int64_t, 3> met{-1, -1, -1};
   // z first: it finds the filled fractions that are exactly known, and where all are, no chord is asked for any more.
   for (const int axis : {2, 0, 1}) {
     const auto a = static_cast<std::size_t>(axis);
     if (!options.volume_axes[a] && !options.slice_axes[a]) continue;
-    const Bundle bundle = make_bundle(scene, plan, textures, recipe, axis);
+    Bundle bundle = make_bundle(scene, plan, textures, recipe, axis);
+    // One voxel more than the rule of walls can ask for; slices need not end where the slab does.
+    if (axis == 2 && options.slab.z1 < plan.grid.n.z) bundle.end = options.slab.z1 + 1 + (options.slice_axes[2] ? plan.grid.n.z / options.slice_counts[2] : 0);
+    if (!finest) bundle.used = used_rows(bundle, options.first_level, static_cast<int>(surfaces.size()));
     rays = bundle.pattern.rays();
     if (chords) lengths[a].assign(count, 0);
     const auto progress = [&](double done) { if (report.progress) report.progress("crossings", (begun + done) / 3); };
-    met[a] = see_axis(bundle, surfaces, options, shade, lengths[a], exact_solid, runs, result, progress);
+    const std::int64_t met = see_axis(bundle, surfaces, options, shade, lengths[a], exact_solid, runs, result, sums, progress);
+    if (finest) sums.met[a] = std::max(sums.met[a], std::int64_t{0}) + met;
     ++begun;
     chords = chords && std::any_of(exact_solid.begin(), exact_solid.end(), [](double e) { return e < 0; });
   }
-  if (rays == 0) return result;
-  for (std::size_t a = 0; a < 3; ++a)
-    if (met[a] >= 0) report.count("crossings along " + std::string(1, "xyz"[a]), static_cast<double>(met[a]));
-  const double filled = fill_fractions(surfaces[0], lengths, exact_solid, rays, result.levels[0]);
+  if (rays == 0 || !finest) return result;
+  fill_fractions(surfaces[0], lengths, exact_solid, rays, result.levels[0], sums.volume);
   if (plan.fill && !runs.empty()) collect_inside(runs, surfaces[0], plan.grid, result.levels[0]);
-  result.volume = filled + static_cast<double>(result.levels[0].inside_count);
+  sums.inside_count += result.levels[0].inside_count;
   return result;
+}
+
+std::array<SliceRecords, 3> gather_stacks(const Grid& grid, const VisibilityOptions& options, SlabSums& sums) {
+  std::array<SliceRecords, 3> stacks;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!options.slice_axes[a]) continue;
+    const BundleAxes axes = bundle_axes(static_cast<int>(a));
+    stacks[a] = gather_slices(static_cast<int>(a), grid.n[axes.u], grid.n[axes.v], options.slice_counts[a], sums.slices[a]);
+  }
+  return stacks;
+}
+
+Visibility join_visibility(std::vector<Visibility>& parts) {
+  if (parts.size() == 1) return std::move(parts[0]);
+  Visibility all;
+  const auto append = [](auto& to, auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+    from = {};
+  };
+  for (Visibility& part : parts) {
+    for (std::size_t a = 0; a < 3; ++a) append(all.alpha[a], part.alpha[a]);
+    append(all.visible, part.visible);
+    append(all.solid, part.solid);
+    append(all.inside_blocks, part.inside_blocks);
+    for (const Block& block : part.inside.blocks) all.inside.add(block.at, block.mask);
+    all.inside_count += part.inside_count;
+  }
+  return all;
 }
 
 V3d measure_thickness(const Scene& scene, const Plan& plan, const TextureSet& textures) {

@@ -34,19 +34,38 @@ struct VisibilityOptions {
   bool recompute = true;                        // opacity of the coarser levels from the crossings rather than from the finer level
   bool visible_normals = false;                 // gather Visibility::visible
   std::array<int, 3> slice_counts{0, 0, 0};
+  Slab slab;                                    // the surfaces' voxels are all in it
+  int first_level = 0;                          // those below are done already: their surfaces are empty, and there are no slices
 };
 
 struct VisibilityResult {
   std::vector<Visibility> levels;               // as many as `surfaces`
-  std::array<SliceRecords, 3> slices;           // of the axes wanted
-  double volume = 0;                            // filled volume by the rays' chords, voxels³, mean of the axes
 };
 
-// Traces the three bundles band by band; memory is a band's crossings per thread and the results.
+// What the slabs of a grid share, lowest first. As a bake begins it is empty.
+struct SlabSums {
+  std::array<std::vector<SliceBand>, 3> slices; // per band
+  double volume = 0;                            // filled volume of the border voxels, voxels³
+  std::int64_t inside_count = 0;                // voxels wholly inside
+  std::array<std::int64_t, 3> met{-1, -1, -1};  // crossings along each axis; −1: no rays
+  // Per level-0 column (row · nu + column) of a bundle: its mean winding number where it enters the box, which is the share inside where matter
+  // does not overlap; NaN: not exactly known. Empty: 0 everywhere, the box cuts no matter.
+  std::array<std::vector<double>, 3> begins_inside;
+  std::vector<std::vector<double>> inside;      // per level and column along z: the same where the column leaves the slab. Empty: 0 everywhere
+};
+
+// Traces the three bundles band by band; memory is a band's crossings per thread and the results. Opacity, filled fractions, slices and inside flags are
+// the same, to the bit, however the grid is cut into slabs, unless a column of the first has surface in all its voxels.
 // Opacity: exact for a voxel with one layer of surface; else docs/accuracy.md.
 // Levels 0 and 1 use every ray, coarser ones four times a level-0 voxel's number.
 [[nodiscard]] VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
-                                          const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, Report& report);
+                                          const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, SlabSums& sums, Report& report);
+
+// The stacks that the slabs' rays have seen, of the axes wanted.
+[[nodiscard]] std::array<SliceRecords, 3> gather_stacks(const Grid& grid, const VisibilityOptions& options, SlabSums& sums);
+
+// What slabs, lowest first, know of one level as one.
+[[nodiscard]] Visibility join_visibility(std::vector<Visibility>& parts);
 
 // How thick the filled matter is across each axis, voxels: the 5th percentile of the chords inside it along x, y and z, by one ray a
 // voxel column. Where nothing is filled: 2, so that slices stand as close as voxels for the eye.

@@ -16,7 +16,14 @@ StageTimer::StageTimer(Report& report, std::string stage)
       wall_(seconds(CLOCK_MONOTONIC)), cpu_(seconds(CLOCK_PROCESS_CPUTIME_ID)) {}
 
 StageTimer::~StageTimer() {
-  report_.times.push_back({stage_, seconds(CLOCK_MONOTONIC) - wall_, seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_});
+  const double wall = seconds(CLOCK_MONOTONIC) - wall_, cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_;
+  for (StageTime& time : report_.times)
+    if (time.stage == stage_) {
+      time.seconds += wall;
+      time.cpu_seconds += cpu;
+      return;
+    }
+  report_.times.push_back({stage_, wall, cpu});
 }
 
 }  // namespace texel

@@ -44,7 +44,7 @@ struct Report {
   void count(std::string what, double value) { counts.emplace_back(std::move(what), value); }
 };
 
-// Adds the wall and CPU time between construction and destruction to report.times.
+// Adds the wall and CPU time between construction and destruction to the stage's in report.times.
 class StageTimer {
  public:
   StageTimer(Report& report, std::string stage);
