@@ -221,18 +221,35 @@ struct Rasteriser {
       if (hi < lo - 2 * kUnsure) continue;
       const auto from = static_cast<std::int64_t>(lo) - 1 - kUnsure, to = static_cast<std::int64_t>(hi) + 1 + kUnsure;
       const std::size_t row_rays = (static_cast<std::size_t>(row) - static_cast<std::size_t>(band.v0) * static_cast<std::size_t>(pattern.rows)) * static_cast<std::size_t>(bundle.nu);
-      for (int j = 0; j < pattern.per_row; ++j) {
-        const int offset = pattern.u[r * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j)];
-        const std::int64_t first = std::max<std::int64_t>(0, (from - offset + kOne - 1) >> kFixedBits);
-        const std::int64_t last = std::min<std::int64_t>(bundle.nu - 1, (to - offset) >> kFixedBits);
-        for (std::int64_t column = first; column <= last; ++column) {
-          const std::int64_t u = (column << kFixedBits) + offset;
-          const auto at = static_cast<double>(u);
-          if (!(at > lo + kUnsure && at < hi - kUnsure) && !(edge[0].holds(u, v) && edge[1].holds(u, v) && edge[2].holds(u, v))) continue;
-          const double e1 = static_cast<double>(edge[1].value(u, v)), e2 = static_cast<double>(edge[2].value(u, v));
-          const std::size_t ray = (row_rays + static_cast<std::size_t>(column)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
-          emit(shade, {static_cast<std::uint32_t>(ray), u, v}, e1 * shade.inverse_area, e2 * shade.inverse_area);
+      // The row's rays one after the other, from the first at or above `from` to the last at or below `to`.
+      const int* offsets = pattern.u.data() + r * static_cast<std::size_t>(pattern.per_row);
+      std::int64_t column = 0, last_column = to >> kFixedBits;
+      int j = 0, last_j = pattern.per_row - 1;
+      if (from > 0) {
+        column = from >> kFixedBits;
+        const auto within = static_cast<int>(from & (kOne - 1));
+        j = (within * pattern.per_row) >> kFixedBits;
+        j += offsets[j] < within;
+      }
+      if (last_column >= bundle.nu) {
+        last_column = bundle.nu - 1;
+      } else {
+        const auto within = static_cast<int>(to & (kOne - 1));
+        last_j = (within * pattern.per_row) >> kFixedBits;
+        last_j -= offsets[last_j] > within;
+      }
+      auto ray = static_cast<std::int64_t>(row_rays + static_cast<std::size_t>(column)) * pattern.per_row + j;
+      const auto last_ray = (static_cast<std::int64_t>(row_rays) + last_column) * pattern.per_row + last_j;
+      for (; ray <= last_ray; ++ray, ++j) {
+        if (j == pattern.per_row) {
+          j = 0;
+          ++column;
         }
+        const std::int64_t u = (column << kFixedBits) + offsets[j];
+        const auto at = static_cast<double>(u);
+        if (!(at > lo + kUnsure && at < hi - kUnsure) && !(edge[0].holds(u, v) && edge[1].holds(u, v) && edge[2].holds(u, v))) continue;
+        const double e1 = static_cast<double>(edge[1].value(u, v)), e2 = static_cast<double>(edge[2].value(u, v));
+        emit(shade, {static_cast<std::uint32_t>(ray), u, v}, e1 * shade.inverse_area, e2 * shade.inverse_area);
       }
     }
   }
