@@ -401,26 +401,9 @@ class SceneReader : private JsonReader {
     } else if (row.y_up) {
       Affine turn;
       turn.m = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};
-      move(part, turn);
+      move_scene(part, turn);
     }
     return part;
-  }
-
-  static void move(Scene& part, const Affine& place) {
-    move_mesh(part.mesh, place);
-    for (V3d& p : part.fibres.points) p = place * p;
-    const double thicker = std::cbrt(std::abs(place.determinant()));  // round ones stay round: by the mean scale
-    for (double& r : part.fibres.radii) r *= thicker;
-    for (Instance& instance : part.instances) instance.place = place * instance.place;
-  }
-
-  static double reach_of(const Scene& part) {
-    double most = mesh_reach(part.mesh);
-    for (const V3d& p : part.fibres.points) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    std::vector<double> shapes;
-    for (const Mesh& shape : part.shapes) shapes.push_back(mesh_reach(shape));
-    for (const Instance& i : part.instances) most = std::max(most, i.place.reach(shapes[i.shape]));
-    return most;
   }
 
   Scene resolve() {
@@ -435,18 +418,12 @@ class SceneReader : private JsonReader {
       const InputRow& row = inputs_[i];
       if (row.placed == 0) continue;
       Scene part = open(row);
-      known[i].reach = reach_of(part);
+      known[i].reach = scene_reach(part);
       if (row.placed == 1) {
         if (!(row.first.reach(known[i].reach) <= kFarthest)) fail(row.where, "is placed where coordinates are beyond 1e100", "scale by less");
-        if (!is_identity(row.first)) move(part, row.first);
+        if (!is_identity(row.first)) move_scene(part, row.first);
       } else {
-        std::vector<Instance> parts = std::move(part.instances);
-        part.instances.clear();
-        if (!part.mesh.triangles.empty()) {
-          parts.push_back({static_cast<std::uint32_t>(part.shapes.size()), Affine()});
-          part.shapes.push_back(std::move(part.mesh));
-        }
-        part.mesh = Mesh();
+        std::vector<Instance> parts = take_instances(part);
         for (Instance& one : parts) one.shape += static_cast<std::uint32_t>(all.shapes.size());
         compound = compound || parts.size() > 1 || !is_identity(parts[0].place);
         known[i].parts = std::move(parts);
