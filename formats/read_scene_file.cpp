@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "formats/error.h"
+#include "formats/fibres.h"
 #include "formats/image.h"
 #include "formats/json_reader.h"
 #include "formats/read_placements.h"
@@ -23,6 +24,7 @@ constexpr std::size_t kMostBytes = 32u << 20;
 constexpr int kMostDepth = 32;                 // of groups
 constexpr std::uint64_t kMostPlaced = 1u << 24;
 constexpr std::size_t kMostInputs = 4096;
+constexpr std::uint64_t kMostFibrePoints = 1u << 25;  // of fibres that stand several times: 1.1 GB, 1.5 GB with colours
 
 constexpr const char* kTopKeys[] = {"format", "version", "name", "inputs", "objects", "texels", "recipe"};
 constexpr const char* kInputKeys[] = {"file", "unit", "up", "materials", "texel"};
@@ -394,7 +396,6 @@ class SceneReader : private JsonReader {
     Scene part = files_->read({path, row.unit, row.texel});
     apply_overrides(row, part);
     const bool made_of_triangles = part.implicits.empty() && part.heights.empty() && !part.hypertexture;
-    if (part.fibres.strands() > 0 && row.placed != 1) fail(row.where, "holds fibres or lines (" + row.file + "), which can stand only once", "leave lines out by --fibre-radius 0, or place the input once");
     if (!made_of_triangles) {
       if (row.placed != 1 || row.unit > 0 || row.y_up || !is_identity(row.first))
         fail(row.where, "is a function or a height field (" + row.file + "), which can stand only once, without a transform, unit or up", "bake it by itself, or give a mesh");
@@ -409,23 +410,38 @@ class SceneReader : private JsonReader {
   Scene resolve() {
     struct Placed {
       std::vector<Instance> parts;  // of one placement; empty: it is part of the mesh
+      Fibres fibres;                // likewise; they are copied
+      std::uint32_t first_material = 0;
       double reach = 0;
     };
     Scene all;
     std::vector<Placed> known(inputs_.size());
-    bool any = false, compound = false;
+    bool any = false, compound = false, colored = false;
+    std::uint64_t fibre_points = 0, fibre_strands = 0, copied_points = 0;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       const InputRow& row = inputs_[i];
       if (row.placed == 0) continue;
       Scene part = open(row);
       known[i].reach = scene_reach(part);
+      known[i].first_material = static_cast<std::uint32_t>(all.materials.size());
+      if (part.fibres.strands() > 0) {
+        const std::uint64_t points = part.fibres.points.size();  // below 2^40, and placed at most 2^24 times
+        if (row.placed > 1 && (copied_points += points * row.placed) > kMostFibrePoints)
+          fail(row.where, "holds fibres or lines (" + row.file + "), which are copied, and the " + std::to_string(points) + " points of this one would stand " + std::to_string(row.placed) + " times: together more than 2^25",
+               "place it less often, or leave lines out by --fibre-radius 0");
+        fibre_points += points * row.placed;
+        fibre_strands += part.fibres.strands() * row.placed;
+        colored = colored || !part.fibres.colors.empty();
+        known[i].fibres = std::move(part.fibres);
+        part.fibres = {};
+      }
       if (row.placed == 1) {
         if (!(row.first.reach(known[i].reach) <= kFarthest)) fail(row.where, "is placed where coordinates are beyond 1e100", "scale by less");
         if (!is_identity(row.first)) move_scene(part, row.first);
       } else {
         std::vector<Instance> parts = take_instances(part);
         for (Instance& one : parts) one.shape += static_cast<std::uint32_t>(all.shapes.size());
-        compound = compound || parts.size() > 1 || !is_identity(parts[0].place);
+        compound = compound || parts.size() > 1 || (parts.size() == 1 && !is_identity(parts[0].place));
         known[i].parts = std::move(parts);
       }
       if (any) join_scenes(all, std::move(part));
@@ -438,7 +454,19 @@ class SceneReader : private JsonReader {
       const Placed& part = known[p.shape];
       total += part.parts.size();
       if (total > kMostPlaced) fail("", "has more than 2^24 instances, those of its scenes included", "bake parts of it by themselves");
-      if (!part.parts.empty() && !(p.place.reach(part.reach) <= kFarthest)) fail(inputs_[p.shape].where, "is placed where coordinates are beyond 1e100", "scale by less");
+      if (!(p.place.reach(part.reach) <= kFarthest)) fail(inputs_[p.shape].where, "is placed where coordinates are beyond 1e100", "scale by less");
+    }
+    if (fibre_strands > 0) {
+      all.fibres.points.reserve(fibre_points);
+      all.fibres.radii.reserve(fibre_points);
+      all.fibres.colors.reserve(colored ? fibre_points : 0);
+      all.fibres.first.reserve(fibre_strands + 1);
+      all.fibres.materials.reserve(fibre_strands);
+      FibreBuilder builder(all.fibres, colored);
+      for (const Instance& p : placed_)
+        if (const Placed& part = known[p.shape]; part.fibres.strands() > 0) builder.moved(part.fibres, p.place, part.first_material);
+      builder.report_to(*report_, file());
+      if (all.fibres.strands() == 0 && all.mesh.triangles.empty() && total == 0) fail("", "has no fibre left that can be used where it is placed: " + builder.reason(), "move it less far, or scale by more");
     }
     if (!compound && all.instances.empty()) {  // in place: there may be millions
       std::size_t kept = 0;
