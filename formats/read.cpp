@@ -143,6 +143,11 @@ Scene read_nested(const Input& input, const ReadOptions& options, Report& report
     own.texel = one.texel;
     const bool is_scene = by_extension(one.path) == Format::kShape && is_scene_file(FileBytes(one.path).bytes());
     if (!one.texel.empty() && !is_scene) throw Error(Code::kBadInput, one.path, "is no scene and has no texels", "leave \"texel\" out");
+    if (one.scene >= 0) {
+      if (const Format format = by_extension(one.path); format != Format::kGltf && format != Format::kGlb)
+        throw Error(Code::kBadInput, one.path, "is no glTF file and has no scenes by number", "leave \"scene\" out");
+      own.scene = one.scene;
+    }
     if (!is_scene) {
       if (one.unit > 0) own.plants.unit = one.unit;
       return read_one(one.path, own, report, nest);
@@ -204,7 +209,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
       case Format::kPly: return read_ply(input, report);
       case Format::kStl: return read_stl(input, report);
       case Format::kGltf:
-      case Format::kGlb: return read_gltf(input, {}, report);
+      case Format::kGlb: return read_gltf(input, {.scene = options.scene}, report);
       case Format::kOpf:
       case Format::kGwa: return plant_scene(read_opf(input, report), options.plants, report, path);
       case Format::kOps: return read_ops(input, options.plants, read_mesh, report);

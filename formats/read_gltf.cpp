@@ -123,12 +123,17 @@ class GltfReader {
     const std::size_t scenes = file_.count("scenes"), nodes = file_.count("nodes");
     std::vector<std::size_t> result;
     if (scenes > 0) {
-      const GltfValue scene = file_.item("scenes", file_.reference(root, "scene", "scenes").value_or(0));
-      if (scenes > 1) report_.issue("gltf-scenes", "of several scenes only the default one, else the first, is read", static_cast<std::int64_t>(scenes) - 1, file_.path());
+      const auto chosen = static_cast<std::size_t>(std::max(options_.scene, 0));
+      if (chosen >= scenes)
+        throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(chosen) + ": it has " + std::to_string(scenes) + ", counted from 0", scenes == 1 ? "leave --scene out" : "give --scene 0 to " + std::to_string(scenes - 1));
+      const GltfValue scene = file_.item("scenes", options_.scene >= 0 ? chosen : file_.reference(root, "scene", "scenes").value_or(0));
+      if (scenes > 1 && options_.scene < 0)
+        report_.issue("gltf-scenes", "of several scenes only the default one, else the first, is read (--scene N chooses)", static_cast<std::int64_t>(scenes) - 1, file_.path());
       if (scene.has("nodes")) add_nodes(scene["nodes"], result);
       return result;
     }
     // A library of parts: all that is in it.
+    if (options_.scene >= 0) throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(options_.scene) + ", and none at all: all its nodes are one", "leave --scene out");
     std::vector<bool> is_child(nodes, false);
     for (std::size_t i = 0; i < nodes; ++i) {
       const GltfValue node = file_.item("nodes", i);

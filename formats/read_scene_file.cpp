@@ -27,7 +27,7 @@ constexpr std::size_t kMostInputs = 4096;
 constexpr std::uint64_t kMostFibrePoints = 1u << 25;  // of fibres that stand several times: 1.1 GB, 1.5 GB with colours
 
 constexpr const char* kTopKeys[] = {"format", "version", "name", "inputs", "objects", "texels", "recipe"};
-constexpr const char* kInputKeys[] = {"file", "unit", "up", "materials", "texel"};
+constexpr const char* kInputKeys[] = {"file", "unit", "up", "materials", "texel", "scene"};
 constexpr const char* kMaterialKeys[] = {"kd", "ks", "ke", "roughness", "opacity", "map_kd"};
 constexpr const char* kObjectKeys[] = {"name", "input", "objects", "transform", "instances", "instances_file"};
 constexpr const char* kTransformKeys[] = {"scale", "rotate", "translate", "matrix"};
@@ -50,6 +50,7 @@ struct Override {
 struct InputRow {
   std::string name, file, texel, where;  // `where`: its path in the JSON
   double unit = 0;
+  int scene = -1;
   bool y_up = false;
   std::vector<Override> overrides;       // "*" first
   std::uint64_t placed = 0;
@@ -190,6 +191,11 @@ class SceneReader : private JsonReader {
         if (v.contains("unit")) row.unit = unit(v.at("unit"), row.where + "/unit");
         if (v.contains("up")) row.y_up = up(v.at("up"), row.where + "/up");
         if (v.contains("texel")) row.texel = text(v.at("texel"), row.where + "/texel");
+        if (v.contains("scene")) {
+          const double number = this->number(v.at("scene"), row.where + "/scene");
+          if (!(number >= 0 && number <= 1 << 30 && number == std::floor(number))) fail(row.where + "/scene", "is " + shown(v.at("scene")), "expected a whole number from 0 on");
+          row.scene = static_cast<int>(number);
+        }
         if (v.contains("materials")) read_overrides(v.at("materials"), row.where + "/materials", row.overrides);
       }
       numbers_of_[name] = static_cast<std::uint32_t>(inputs_.size());
@@ -393,7 +399,7 @@ class SceneReader : private JsonReader {
   // An input's own scene, turned and recoloured.
   Scene open(const InputRow& row) const {
     const std::string path = find_file(Json(row.file), row.where + "/file");
-    Scene part = files_->read({path, row.unit, row.texel});
+    Scene part = files_->read({path, row.unit, row.texel, row.scene});
     apply_overrides(row, part);
     const bool made_of_triangles = part.implicits.empty() && part.heights.empty() && !part.hypertexture;
     if (!made_of_triangles) {

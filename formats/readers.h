@@ -22,6 +22,7 @@ namespace texel {
 [[nodiscard]] Scene read_off(const Input& input, Report& report);
 
 struct GltfOptions {
+  int scene = -1;                                       // which of the file's scenes; below 0: its own choice, else its first
   std::int64_t most_triangles = std::int64_t{1} << 27;  // of the mesh, copies included
   std::int64_t most_instances = std::int64_t{1} << 24;
   // Up to so many times a mesh is copied: what is shown a few times may be a part that its copies complete (half a car, mirrored; a quarter of a vase),

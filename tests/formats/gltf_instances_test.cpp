@@ -193,5 +193,28 @@ TEST(GltfInstances, UnitsScenesAndPlantScenesMoveThem) {
   EXPECT_TRUE(report.issues.empty());
 }
 
+TEST(GltfInstances, ScenesChooseAmongScenes) {
+  GltfBuilder file;
+  file.show(file.cube());
+  file.add("nodes", {{"mesh", 0}, {"translation", {9, 0, 0}}});
+  file.add("scenes", {{"nodes", {1}}});
+  const TestFolder folder;
+  (void)folder.write("two.glb", file.glb());
+  (void)folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  Report report;
+  const auto reach = [&](const std::string& input, int option) {
+    const std::string path = folder.write("s.json", R"({"format": "texel-scene", "inputs": {"a": )" + input + R"(}, "objects": [{"input": "a"}]})");
+    ReadOptions options;
+    options.scene = option;
+    return surface_bounds(read_scene(std::span(&path, 1), options, report)).min.x;
+  };
+  EXPECT_EQ(reach(R"({"file": "two.glb", "scene": 1})", -1), 9);
+  EXPECT_EQ(reach(R"({"file": "two.glb", "scene": 0})", 1), 0) << "the input's own beats --scene";
+  EXPECT_EQ(reach(R"({"file": "two.glb"})", 1), 9);
+  EXPECT_TRUE(report.issues.empty());
+  EXPECT_NE(error_of([&] { (void)reach(R"({"file": "two.glb", "scene": 1.5})", -1); }).find("s.json: /inputs/a/scene is 1.5; expected a whole number from 0 on"), std::string::npos);
+  EXPECT_NE(error_of([&] { (void)reach(R"({"file": "t.obj", "scene": 0})", -1); }).find("t.obj: is no glTF file and has no scenes by number; leave \"scene\" out"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace texel

@@ -424,7 +424,18 @@ TEST(Gltf, ScenesAndHiddenNodes) {
   EXPECT_TRUE(find_issue(report, "gltf-scenes"));
   file.json.erase("scene");
   EXPECT_EQ(measure(read(file.glb(), report).mesh).box.min.x, 0);
+  // Chosen, which needs no warning; out of range.
+  Report chosen;
+  const auto choose = [&](int scene) { return measure(read_gltf({file.glb(), "a.glb"}, {.scene = scene}, chosen).mesh).box.min.x; };
+  EXPECT_EQ(choose(0), 0);
+  EXPECT_EQ(choose(1), 9);
+  file.json["scene"] = 1;
+  EXPECT_EQ(choose(0), 0);
+  EXPECT_TRUE(chosen.issues.empty());
+  EXPECT_EQ(error_of([&] { (void)choose(2); }), "3: a.glb: has no scene 2: it has 2, counted from 0; give --scene 0 to 1");
+  file.json.erase("scene");
   file.json.erase("scenes");  // all that is there
+  EXPECT_EQ(error_of([&] { (void)choose(0); }), "3: a.glb: has no scene 0, and none at all: all its nodes are one; leave --scene out");
   EXPECT_EQ(read(file.glb(), report).mesh.triangles.size(), 24u);
   file.json["nodes"][1]["extensions"]["KHR_node_visibility"]["visible"] = false;
   EXPECT_EQ(read(file.glb(), report).mesh.triangles.size(), 12u);
