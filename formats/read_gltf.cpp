@@ -111,6 +111,8 @@ class GltfReader {
     for (const std::string& name : file_.files) add_source(scene_, name);
     if (scene_.mesh.triangles.empty() && scene_.instances.empty() && unusable_.triangles > 0)
       throw Error(Code::kBadInput, file_.path(), scene_.shapes.empty() ? "every face has a vertex that is not a finite number" : "every instance stands where coordinates are no finite numbers or beyond 1e100", "export the mesh again");
+    if (placed_.empty() && file_.count("scenes") > 1)
+      throw Error(Code::kBadInput, file_.path(), "shows nothing: no node of this scene has a mesh", "choose by --scene among " + scene_names());
     finish_mesh(scene_, report_, file_.path(), "shows no triangle: no node of its scene has a mesh of triangles");
     return std::move(scene_);
   }
@@ -123,17 +125,17 @@ class GltfReader {
     const std::size_t scenes = file_.count("scenes"), nodes = file_.count("nodes");
     std::vector<std::size_t> result;
     if (scenes > 0) {
-      const auto chosen = static_cast<std::size_t>(std::max(options_.scene, 0));
-      if (chosen >= scenes)
-        throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(chosen) + ": it has " + std::to_string(scenes) + ", counted from 0", scenes == 1 ? "leave --scene out" : "give --scene 0 to " + std::to_string(scenes - 1));
-      const GltfValue scene = file_.item("scenes", options_.scene >= 0 ? chosen : file_.reference(root, "scene", "scenes").value_or(0));
+      const auto asked = static_cast<std::size_t>(std::max(options_.scene, 0));
+      if (asked >= scenes) throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(asked), "it has " + scene_names());
+      const std::size_t chosen = options_.scene >= 0 ? asked : file_.reference(root, "scene", "scenes").value_or(0);
+      const GltfValue scene = file_.item("scenes", chosen);
       if (scenes > 1 && options_.scene < 0)
-        report_.issue("gltf-scenes", "of several scenes only the default one, else the first, is read (--scene N chooses)", static_cast<std::int64_t>(scenes) - 1, file_.path());
+        report_.issue("gltf-scenes", "only scene " + std::to_string(chosen) + " is read, of " + scene_names() + " (--scene N chooses)", static_cast<std::int64_t>(scenes) - 1, file_.path());
       if (scene.has("nodes")) add_nodes(scene["nodes"], result);
       return result;
     }
     // A library of parts: all that is in it.
-    if (options_.scene >= 0) throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(options_.scene) + ", and none at all: all its nodes are one", "leave --scene out");
+    if (options_.scene >= 0) throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(options_.scene) + ": its nodes are in none", "leave --scene out");
     std::vector<bool> is_child(nodes, false);
     for (std::size_t i = 0; i < nodes; ++i) {
       const GltfValue node = file_.item("nodes", i);
@@ -144,6 +146,19 @@ class GltfReader {
     for (std::size_t i = 0; i < nodes; ++i)
       if (!is_child[i]) result.push_back(i);
     return result;
+  }
+
+  // 0 "a", 1 "b", ...
+  std::string scene_names() const {
+    std::string names;
+    for (std::size_t i = 0, n = file_.count("scenes"); i < n; ++i) {
+      if (names.size() > 200) return names + ", ... " + std::to_string(n - 1);
+      const GltfValue scene = file_.item("scenes", i);
+      if (i > 0) names += ", ";
+      names += std::to_string(i);
+      if (scene.has("name")) names.append(" ").append(shown_as(scene["name"].text()));
+    }
+    return names;
   }
 
   void add_nodes(const GltfValue& list, std::vector<std::size_t>& to) const {

@@ -434,7 +434,7 @@ class SceneReader : private JsonReader {
         const std::uint64_t points = part.fibres.points.size();  // below 2^40, and placed at most 2^24 times
         if (row.placed > 1 && (copied_points += points * row.placed) > kMostFibrePoints)
           fail(row.where, "holds fibres or lines (" + row.file + "), which are copied, and the " + std::to_string(points) + " points of this one would stand " + std::to_string(row.placed) + " times: together more than 2^25",
-               "place it less often, or leave lines out by --fibre-radius 0");
+               "place it less often (--fibre-radius 0 leaves out the lines of .obj files)");
         fibre_points += points * row.placed;
         fibre_strands += part.fibres.strands() * row.placed;
         colored = colored || !part.fibres.colors.empty();

@@ -417,7 +417,7 @@ TEST(Gltf, ScenesAndHiddenNodes) {
   GltfBuilder file;
   file.show(file.cube());
   file.add("nodes", {{"mesh", 0}, {"translation", {9, 0, 0}}});
-  file.add("scenes", {{"nodes", {1}}});
+  file.add("scenes", {{"nodes", {1}}, {"name", "other"}});
   file.json["scene"] = 1;
   Report report;
   EXPECT_EQ(measure(read(file.glb(), report).mesh).box.min.x, 9);
@@ -432,10 +432,14 @@ TEST(Gltf, ScenesAndHiddenNodes) {
   file.json["scene"] = 1;
   EXPECT_EQ(choose(0), 0);
   EXPECT_TRUE(chosen.issues.empty());
-  EXPECT_EQ(error_of([&] { (void)choose(2); }), "3: a.glb: has no scene 2: it has 2, counted from 0; give --scene 0 to 1");
+  EXPECT_EQ(error_of([&] { (void)choose(2); }), "3: a.glb: has no scene 2; it has 0, 1 \"other\"");
+  GltfBuilder empty = file;
+  empty.add("scenes", {{"name", "empty"}});
+  EXPECT_EQ(error_of([&] { (void)read_gltf({empty.glb(), "a.glb"}, {.scene = 2}, chosen); }),
+            "3: a.glb: shows nothing: no node of this scene has a mesh; choose by --scene among 0, 1 \"other\", 2 \"empty\"");
   file.json.erase("scene");
   file.json.erase("scenes");  // all that is there
-  EXPECT_EQ(error_of([&] { (void)choose(0); }), "3: a.glb: has no scene 0, and none at all: all its nodes are one; leave --scene out");
+  EXPECT_EQ(error_of([&] { (void)choose(0); }), "3: a.glb: has no scene 0: its nodes are in none; leave --scene out");
   EXPECT_EQ(read(file.glb(), report).mesh.triangles.size(), 24u);
   file.json["nodes"][1]["extensions"]["KHR_node_visibility"]["visible"] = false;
   EXPECT_EQ(read(file.glb(), report).mesh.triangles.size(), 12u);

@@ -446,7 +446,7 @@ TEST(SceneFibres, CopiesHaveALimit) {
   for (int i = 0; i < 32769; ++i) rows += "0 " + std::to_string(i) + " 0\n";
   (void)f.folder.write("p.csv", rows);
   EXPECT_EQ(f.place_fault(R"([{"input": "t", "instances_file": "p.csv"}])", R"("long.obj")"),
-            "3: s.json: /inputs/t holds fibres or lines (long.obj), which are copied, and the 1024 points of this one would stand 32769 times: together more than 2^25; place it less often, or leave lines out by --fibre-radius 0");
+            "3: s.json: /inputs/t holds fibres or lines (long.obj), which are copied, and the 1024 points of this one would stand 32769 times: together more than 2^25; place it less often (--fibre-radius 0 leaves out the lines of .obj files)");
 }
 
 TEST(SceneFibres, WhatAPlacementMakesUnusableIsLeftOut) {
