@@ -147,6 +147,17 @@ TEST(GltfInstances, PointsOfAShapeThatAreNone) {
   EXPECT_NE(error_of([&] { (void)read(file, report); }).find("3: nowhere/model.glb: every face has a vertex that is not a finite number"), std::string::npos);
 }
 
+TEST(GltfInstances, AHundredThousandTakeTheMemoryOfTheirTransforms) {
+  Report report;
+  const Scene scene = read(row(100000), report);
+  EXPECT_EQ(scene.instances.size(), 100000u);
+  EXPECT_EQ(scene.instances.capacity(), 100000u);
+  EXPECT_EQ(sizeof(Instance), 104u);
+  ASSERT_EQ(scene.shapes.size(), 1u);
+  EXPECT_EQ(scene.shapes[0].triangles.size(), 12u);
+  EXPECT_EQ(count_triangles(scene), 1200000u);
+}
+
 TEST(GltfInstances, LargeCopiesBecomeInstances) {
   GltfBuilder file;
   constexpr int kSide = 1100;  // 2·1099² triangles, twice 2^22 is exceeded by 2 copies
