@@ -81,6 +81,7 @@ struct Recipe {
   FibreOptions fibres;                    // what lines of .obj files are; used by read_scene
   PlantOptions plants;                    // how plants are read, and the unit of meshes; used by read_scene
   std::string texel;                      // which texel of a scene file; empty: the one there is
+  int scene = -1;                         // which scene of a glTF file; below 0: the file's own
   WriteOptions write;                     // slice format, full float
 };
 

@@ -82,7 +82,9 @@ double memory_estimate(const Scene& scene, const Settings& settings, const Grid&
   for (const Mesh& shape : scene.shapes) shape_areas.push_back(mesh_area(shape));
   for (const Instance& instance : scene.instances) placed_area += shape_areas[instance.shape] * std::pow(std::abs(instance.place.determinant()), 2.0 / 3);
   const double area = mesh_area(mesh) + placed_area + fibre_area(scene.fibres) + implicit_area, made = 2 * 1.5 * implicit_area / (grid.h * grid.h) * 100;
-  const double geometry = made + 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
+  double geometry = made + 24.0 * static_cast<double>(mesh.points.size()) + 60.0 * static_cast<double>(mesh.triangles.size());
+  for (const Mesh& shape : scene.shapes) geometry += 24.0 * static_cast<double>(shape.points.size()) + 140.0 * static_cast<double>(shape.triangles.size());  // with its tree
+  geometry += 370.0 * static_cast<double>(scene.instances.size()) + 112.0 * static_cast<double>(scene.fibres.points.size());  // in the scene and in the plan
   const double cells = std::min(1.5 * area / (grid.h * grid.h), static_cast<double>(grid.voxels()));
   constexpr double kBytesPerCell = 4 * 40, kBytesPerCrossing = 24;  // 40 stored floats and moments; place, triangle, side
   const double crossings = cells * recipe.samples * recipe.samples;

@@ -18,7 +18,7 @@ namespace texel {
 namespace {
 
 ReadOptions read_options(const Recipe& recipe) {
-  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .fibres = recipe.fibres, .texel = recipe.texel, .heights = recipe.heights};
+  return {.implicit = recipe.implicit, .iso = recipe.iso, .plants = recipe.plants, .fibres = recipe.fibres, .texel = recipe.texel, .scene = recipe.scene, .heights = recipe.heights};
 }
 
 Hypertexture hypertexture(const HypertextureOptions& given) {

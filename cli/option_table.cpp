@@ -473,6 +473,13 @@ std::vector<OptionRow> option_table() {
       text({.name = "texel", .metavar = "NAME", .group = kFiles, .commands = kBake | kView,
             .help = "which texel of a scene file with several (docs/scenes.md)", .in_recipe = true, .literal = true, .shown_default = "the one there is"},
            [](auto& s) -> auto& { return s.recipe.texel; }),
+      [] {
+        OptionRow row = integer({.name = "scene", .metavar = "N|auto", .group = kFiles, .commands = kBakes | kView, .help = "which scene of glTF files with several, from 0 on",
+                                 .in_recipe = true, .shown_default = "the file's own choice"},
+                                [](auto& s) -> auto& { return s.recipe.scene; }, 0, 1 << 30, "auto", -1);
+        row.get = [](const Settings& s) { return s.recipe.scene >= 0 ? std::to_string(s.recipe.scene) : std::string(); };
+        return row;
+      }(),
       choice({.name = "unit", .metavar = "UNIT", .group = kFiles, .commands = kBakes | kView,
               .help = "unit of the mesh and plant files; the scene is then in metres. auto: cm for .opf, .gwa and .lig, others stay as they are", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.plants.unit; }, std::vector<std::pair<const char*, double>>{{"auto", 0}, {"mm", 0.001}, {"cm", 0.01}, {"m", 1}}),

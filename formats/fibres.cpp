@@ -41,6 +41,17 @@ void FibreBuilder::strand(std::span<const FibrePoint> points, std::uint32_t mate
   fibres_.materials.push_back(material);
 }
 
+void FibreBuilder::moved(const Fibres& from, const Affine& place, std::uint32_t first_material) {
+  const double thicker = std::cbrt(std::abs(place.determinant()));
+  std::vector<FibrePoint> points;
+  for (std::size_t s = 0; s < from.strands(); ++s) {
+    points.clear();
+    for (std::size_t i = from.first[s]; i < from.first[s + 1]; ++i)
+      points.push_back({place * from.points[i], from.radii[i] * thicker, from.colors.empty() ? V3f(1, 1, 1) : from.colors[i]});
+    strand(points, from.materials[s] + first_material);
+  }
+}
+
 void FibreBuilder::report_to(Report& report, const std::string& where) const {
   if (bad_points_) report.issue("non-finite", "points of fibres whose coordinates or radius are not usable numbers; they were dropped", bad_points_, where);
   if (short_) report.issue("fibre-degenerate", "fibres with fewer than two different points; they were dropped", short_, where);

@@ -25,6 +25,9 @@ class FibreBuilder {
   // Points whose coordinates or radius are no usable numbers (|x| <= 1e100, radius in [0, 1e100]) are dropped; of neighbours in one place the
   // first is kept. A strand with fewer than two points left, or without thickness, is dropped.
   void strand(std::span<const FibrePoint> points, std::uint32_t material);
+  // The strands of others, moved: those of Fibres are kept unless the move makes points coincide or leave what is usable. They stay round: their radii
+  // grow by the cube root of what volumes grow by. `first_material` is added to their materials.
+  void moved(const Fibres& from, const Affine& place, std::uint32_t first_material);
   // Issues `non-finite`, `fibre-degenerate` and `fibre-no-radius`, as far as there is something to tell.
   void report_to(Report& report, const std::string& where) const;
   // What is left when everything was dropped.

@@ -143,6 +143,11 @@ Scene read_nested(const Input& input, const ReadOptions& options, Report& report
     own.texel = one.texel;
     const bool is_scene = by_extension(one.path) == Format::kShape && is_scene_file(FileBytes(one.path).bytes());
     if (!one.texel.empty() && !is_scene) throw Error(Code::kBadInput, one.path, "is no scene and has no texels", "leave \"texel\" out");
+    if (one.scene >= 0) {
+      if (const Format format = by_extension(one.path); format != Format::kGltf && format != Format::kGlb)
+        throw Error(Code::kBadInput, one.path, "is no glTF file and has no scenes by number", "leave \"scene\" out");
+      own.scene = one.scene;
+    }
     if (!is_scene) {
       if (one.unit > 0) own.plants.unit = one.unit;
       return read_one(one.path, own, report, nest);
@@ -204,7 +209,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
       case Format::kPly: return read_ply(input, report);
       case Format::kStl: return read_stl(input, report);
       case Format::kGltf:
-      case Format::kGlb: return read_gltf(input, report);
+      case Format::kGlb: return read_gltf(input, {.scene = options.scene}, report);
       case Format::kOpf:
       case Format::kGwa: return plant_scene(read_opf(input, report), options.plants, report, path);
       case Format::kOps: return read_ops(input, options.plants, read_mesh, report);
@@ -224,6 +229,7 @@ Scene read_one(const std::string& path, const ReadOptions& options, Report& repo
     for (V3d& p : scene.mesh.points) p *= options.plants.unit;
     for (V3d& p : scene.fibres.points) p *= options.plants.unit;
     for (double& r : scene.fibres.radii) r *= options.plants.unit;
+    for (Instance& instance : scene.instances) instance.place = Affine::scale(options.plants.unit) * instance.place;
   }
   return with_source(std::move(scene), input.bytes.size());
 }
@@ -321,7 +327,7 @@ bool usable(const V3d& p) {
 }
 
 // Drops the triangles with an unusable corner, keeping the order of the others.
-std::int64_t drop_unusable(Mesh& mesh) {
+std::int64_t drop_triangles(Mesh& mesh) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& t = mesh.triangles[i];
@@ -353,6 +359,34 @@ double mesh_reach(const Mesh& mesh) {
   return most;
 }
 
+void move_scene(Scene& scene, const Affine& place) {
+  move_mesh(scene.mesh, place);
+  for (V3d& p : scene.fibres.points) p = place * p;
+  const double thicker = std::cbrt(std::abs(place.determinant()));
+  for (double& r : scene.fibres.radii) r *= thicker;
+  for (Instance& instance : scene.instances) instance.place = place * instance.place;
+}
+
+double scene_reach(const Scene& scene) {
+  double most = mesh_reach(scene.mesh);
+  for (const V3d& p : scene.fibres.points) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  std::vector<double> shapes;
+  for (const Mesh& shape : scene.shapes) shapes.push_back(mesh_reach(shape));
+  for (const Instance& i : scene.instances) most = std::max(most, i.place.reach(shapes[i.shape]));
+  return most;
+}
+
+std::vector<Instance> take_instances(Scene& scene) {
+  std::vector<Instance> parts = std::move(scene.instances);
+  scene.instances.clear();
+  if (!scene.mesh.triangles.empty()) {
+    parts.push_back({static_cast<std::uint32_t>(scene.shapes.size()), Affine()});
+    scene.shapes.push_back(std::move(scene.mesh));
+  }
+  scene.mesh = Mesh();
+  return parts;
+}
+
 void add_source(Scene& scene, const std::string& path) {
   for (const SourceFile& s : scene.sources)
     if (s.path == path) return;
@@ -368,21 +402,27 @@ std::vector<bool> raw_textures(const Scene& scene) {
   return raw;
 }
 
+Unusable drop_unusable(Mesh& mesh) {
+  Unusable found;
+  found.points = std::count_if(mesh.points.begin(), mesh.points.end(), [](const V3d& p) { return !usable(p); });
+  if (found.points == 0) return found;
+  found.triangles = drop_triangles(mesh);
+  const auto good = std::find_if(mesh.points.begin(), mesh.points.end(), usable);
+  const V3d stand_in = mesh.triangles.empty() ? (good == mesh.points.end() ? V3d(0, 0, 0) : *good) : mesh.points[mesh.triangles[0][0]];
+  for (V3d& p : mesh.points)
+    if (!usable(p)) p = stand_in;
+  return found;
+}
+
+void report_unusable(const Unusable& found, Report& report, const std::string& where) {
+  if (found.points > 0)
+    report.issue("non-finite", "vertices that are not finite numbers or too large to compute with; " + std::to_string(found.triangles) + " triangles that use them were dropped", found.points, where);
+}
+
 void finish_mesh(Scene& scene, Report& report, const std::string& where, const std::string& reason) {
-  Mesh& mesh = scene.mesh;
-  std::int64_t dropped = 0;
-  const bool had_triangles = !mesh.triangles.empty();
-  const auto bad = std::count_if(mesh.points.begin(), mesh.points.end(), [](const V3d& p) { return !usable(p); });
-  if (bad > 0) {
-    dropped = drop_unusable(mesh);
-    const auto good = std::find_if(mesh.points.begin(), mesh.points.end(), usable);
-    const V3d stand_in = mesh.triangles.empty() ? (good == mesh.points.end() ? V3d(0, 0, 0) : *good) : mesh.points[mesh.triangles[0][0]];
-    for (V3d& p : mesh.points)
-      if (!usable(p)) p = stand_in;
-    report.issue("non-finite", "vertices that are not finite numbers or too large to compute with; " + std::to_string(dropped) +
-                 " triangles that use them were dropped", bad, where);
-  }
-  if (mesh.triangles.empty() && scene.fibres.strands() == 0) {
+  const bool had_triangles = !scene.mesh.triangles.empty();
+  report_unusable(drop_unusable(scene.mesh), report, where);
+  if (scene.mesh.triangles.empty() && scene.fibres.strands() == 0 && scene.instances.empty()) {
     if (had_triangles) throw Error(Code::kBadInput, where, "every face has a vertex that is not a finite number", "export the mesh again");
     throw Error(Code::kBadInput, where, reason, "give a file with faces");
   }

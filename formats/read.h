@@ -39,6 +39,7 @@ struct ReadOptions {
   PlantOptions plants{};       // how plant files are read; a unit given there scales meshes, too
   FibreOptions fibres{};       // what the lines of .obj files are
   std::string texel{};         // which one of scene files; empty: the one there is
+  int scene = -1;              // which one of glTF files; below 0: the file's own
   HeightOptions heights;       // how pictures are read; a noise field it asks for is a scene of its own, joined last
 };
 [[nodiscard]] Scene read_scene(std::span<const std::string> paths, const ReadOptions& options, Report& report);

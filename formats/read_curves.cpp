@@ -1,5 +1,6 @@
-// Curves in the XML scenes of Embree's tutorials: <Curves basis="linear|bezier|bspline">, <BezierCurves>, <BSplineCurves>, <LineSegments> and their
-// flat relatives, under any <Group> and <Transform>; and <FurBall>, which says only how large a ball of hair is.
+// Curves in the XML scenes of Embree's tutorials: <Curves basis="linear|bezier|bspline|hermite|catmull_rom">, <BezierCurves>, <BSplineCurves>,
+// <LineSegments>, <RoundLineSegments>, <ConeSegments> and their flat relatives, under any <Group> and <Transform>; and <FurBall>, which says only how
+// large a ball of hair is. Names and arrays: Embree, tutorials/common/scenegraph/xml_loader.cpp.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -19,8 +20,8 @@ constexpr double kChordError = 1.0 / 16384;               // of the diagonal of 
 constexpr std::size_t kMostPoints = std::size_t{1} << 26;  // of curves cut into pieces: an index of two bytes may ask for 256 of them
 constexpr std::size_t kMostDepth = 4096;                   // of transforms within each other
 
-enum class At : unsigned char { kOther, kTransform, kSpace, kCurves, kFurBall, kPositions, kIndices, kMaterial, kParameters, kKd, kAssign };
-enum class Basis { kLinear, kBezier, kBspline };
+enum class At : unsigned char { kOther, kTransform, kSpace, kCurves, kFurBall, kPositions, kTangents, kIndices, kMaterial, kParameters, kKd, kAssign };
+enum class Basis { kLinear, kBezier, kBspline, kHermite, kCatmullRom };
 
 struct Kind {
   std::string_view name;
@@ -31,6 +32,10 @@ struct Kind {
 constexpr Kind kKinds[] = {
     {"BezierCurves", Basis::kBezier, false, 2}, {"BezierHair", Basis::kBezier, true, 2},   {"Hair", Basis::kBezier, true, 2},
     {"BSplineCurves", Basis::kBspline, false, 1}, {"BSplineHair", Basis::kBspline, true, 1}, {"LineSegments", Basis::kLinear, true, 1},
+    {"RoundLineSegments", Basis::kLinear, false, 1}, {"ConeSegments", Basis::kLinear, false, 1},
+};
+constexpr std::pair<std::string_view, Basis> kBases[] = {
+    {"linear", Basis::kLinear}, {"bezier", Basis::kBezier}, {"bspline", Basis::kBspline}, {"hermite", Basis::kHermite}, {"catmull_rom", Basis::kCatmullRom},
 };
 
 // splitmix64: the same hairs everywhere.
@@ -84,8 +89,12 @@ class CurveReader : public XmlHandler {
       const char* radius = attributes.find("radius");
       if (!radius || parse_number(radius, radius + std::strlen(radius), fur_radius_) != radius + std::strlen(radius) || !(fur_radius_ > 0) || !(fur_radius_ <= 1e100))
         throw Error(Code::kBadInput, parser_.where(), "a FurBall without a radius above 0");
+    } else if (in_curves && (name == "positions" || name == "tangents" || name == "indices") && attributes.find("ofs")) {
+      throw Error(Code::kUnsupported, parser_.where(), "the numbers of <" + plain(name) + "> are in a .bin file, which is not read", "write the scene with its numbers in the XML");
     } else if (name == "positions" && in_curves) {
       at = At::kPositions;
+    } else if (name == "tangents" && in_curves) {
+      at = At::kTangents;
     } else if (name == "indices" && in_curves) {
       at = At::kIndices;
     } else if (name == "assign") {
@@ -143,9 +152,9 @@ class CurveReader : public XmlHandler {
     const char *basis = attributes.find("basis"), *type = attributes.find("type");
     Kind kind{"Curves", Basis::kLinear, type && std::strcmp(type, "round") != 0 && std::strcmp(type, "surface") != 0, 1};
     const std::string_view b = basis ? basis : "";
-    if (b == "bezier") kind.basis = Basis::kBezier;
-    else if (b == "bspline") kind.basis = Basis::kBspline;
-    else if (b != "linear") throw Error(Code::kUnsupported, parser_.where(), "curves of the basis " + shown_as(b) + " are not read", "use linear, bezier or bspline");
+    const auto* known = std::find_if(std::begin(kBases), std::end(kBases), [&](const auto& row) { return row.first == b; });
+    if (known == std::end(kBases)) throw Error(Code::kUnsupported, parser_.where(), "curves of the basis " + shown_as(b) + " are not read", "use linear, bezier, bspline, hermite or catmull_rom");
+    kind.basis = known->second;
     return kind;
   }
 
@@ -153,6 +162,7 @@ class CurveReader : public XmlHandler {
     switch (at) {
       case At::kSpace: return &space_;
       case At::kPositions: return &positions_;
+      case At::kTangents: return &tangents_;
       case At::kIndices: return &indices_;
       case At::kKd: return &kd_;
       default: return nullptr;
@@ -204,12 +214,14 @@ class CurveReader : public XmlHandler {
   void begin_curves(const Kind& kind) {
     kind_ = kind;
     positions_.clear();
+    tangents_.clear();
     indices_.clear();
     material_ = kNoIndex;
     flat_ += kind.flat;
   }
 
-  [[nodiscard]] FibrePoint control(std::size_t i) const { return {V3d(positions_[4 * i], positions_[4 * i + 1], positions_[4 * i + 2]), positions_[4 * i + 3]}; }
+  // Element i of positions or tangents: a place and a radius, or how they change with the curve's parameter.
+  [[nodiscard]] static FibrePoint point(const std::vector<double>& of, std::size_t i) { return {V3d(of[4 * i], of[4 * i + 1], of[4 * i + 2]), of[4 * i + 3]}; }
 
   // Lengths change under the transform as the cube root of volumes does: radii of a plain scale are scaled, those of a turn kept.
   void add(std::vector<FibrePoint>& strand) {
@@ -229,11 +241,13 @@ class CurveReader : public XmlHandler {
   }
 
   void end_curves() {
-    const std::size_t points = positions_.size() / 4, reach = kind_.basis == Basis::kLinear ? 1 : 3;
+    const std::size_t points = positions_.size() / 4, reach = kind_.basis == Basis::kLinear || kind_.basis == Basis::kHermite ? 1 : 3;
     if (positions_.size() % 4 != 0) throw Error(Code::kBadInput, parser_.where(), "its " + std::to_string(positions_.size()) + " positions are not x y z radius each");
+    if (kind_.basis == Basis::kHermite && tangents_.size() != positions_.size())
+      throw Error(Code::kBadInput, parser_.where(), "curves of the basis \"hermite\" with " + std::to_string(positions_.size()) + " numbers for positions and " + std::to_string(tangents_.size()) + " for tangents", "give a tangent x y z radius for each position");
     Box3d box;
     for (std::size_t i = 0; i < points; ++i)
-      if (const V3d p = control(i).at; std::isfinite(p.x + p.y + p.z)) box.extendBy(p);
+      if (const V3d p = point(positions_, i).at; std::isfinite(p.x + p.y + p.z)) box.extendBy(p);
     const double tolerance = box.isEmpty() ? 1 : box.size().length() * kChordError;
     std::vector<FibrePoint> strand;
     double expected = -1;  // the index that goes on from the strand's end
@@ -246,15 +260,12 @@ class CurveReader : public XmlHandler {
       if (index != expected) add(strand);
       const auto i = static_cast<std::size_t>(index);
       expected = index + static_cast<double>(kind_.basis == Basis::kBezier ? 3 : 1);
-      std::array<FibrePoint, 4> c{control(i), control(i + 1)};
       if (kind_.basis == Basis::kLinear) {
-        if (strand.empty()) strand.push_back(c[0]);
-        strand.push_back(c[1]);
+        if (strand.empty()) strand.push_back(point(positions_, i));
+        strand.push_back(point(positions_, i + 1));
         continue;
       }
-      c[2] = control(i + 2);
-      c[3] = control(i + 3);
-      if (kind_.basis == Basis::kBspline) c = bezier_of(c);
+      const std::array<FibrePoint, 4> c = bezier_at(i);
       if (strand.empty()) strand.push_back(c[0]);
       add_bezier(c, tolerance, strand);
       if (strand.size() > kMostPoints) throw Error(Code::kUnsupported, parser_.where(), "curves of more than 2^26 points", "split the file");
@@ -262,12 +273,29 @@ class CurveReader : public XmlHandler {
     add(strand);
   }
 
-  // A uniform cubic B-spline segment as a Bezier curve.
-  static std::array<FibrePoint, 4> bezier_of(const std::array<FibrePoint, 4>& b) {
-    const auto mix = [&](double w0, double w1, double w2, double w3) {
-      return FibrePoint{b[0].at * w0 + b[1].at * w1 + b[2].at * w2 + b[3].at * w3, b[0].radius * w0 + b[1].radius * w1 + b[2].radius * w2 + b[3].radius * w3};
+  // The cubic that begins at index i as a Bezier curve: the same points for the same parameter, as all are cubics.
+  [[nodiscard]] std::array<FibrePoint, 4> bezier_at(std::size_t i) const {
+    const FibrePoint p0 = point(positions_, i), p1 = point(positions_, i + 1);
+    const auto mix = [](const FibrePoint& a, double wa, const FibrePoint& b, double wb, const FibrePoint& c, double wc) {
+      return FibrePoint{a.at * wa + b.at * wb + c.at * wc, a.radius * wa + b.radius * wb + c.radius * wc};
     };
-    return {mix(1.0 / 6, 4.0 / 6, 1.0 / 6, 0), mix(0, 2.0 / 3, 1.0 / 3, 0), mix(0, 1.0 / 3, 2.0 / 3, 0), mix(0, 1.0 / 6, 4.0 / 6, 1.0 / 6)};
+    constexpr double kThird = 1.0 / 3, kSixth = 1.0 / 6;
+    if (kind_.basis == Basis::kHermite) {
+      // From p0 to p1 with the derivatives t0 and t1: p0, p0 + t0/3, p1 − t1/3, p1 (a Bezier curve's derivative at its ends is 3(b1 − b0) and 3(b3 − b2);
+      // Embree, kernels/subdiv/hermite_curve.h).
+      const FibrePoint t0 = point(tangents_, i), t1 = point(tangents_, i + 1);
+      return {p0, mix(p0, 1, t0, kThird, t0, 0), mix(p1, 1, t1, -kThird, t1, 0), p1};
+    }
+    const FibrePoint p2 = point(positions_, i + 2), p3 = point(positions_, i + 3);
+    switch (kind_.basis) {
+      case Basis::kBspline:  // uniform
+        return {mix(p0, kSixth, p1, 4 * kSixth, p2, kSixth), mix(p0, 0, p1, 2 * kThird, p2, kThird), mix(p0, 0, p1, kThird, p2, 2 * kThird),
+                mix(p1, kSixth, p2, 4 * kSixth, p3, kSixth)};
+      case Basis::kCatmullRom:
+        // From p1 to p2 with the derivatives (p2 − p0)/2 and (p3 − p1)/2 (Catmull and Rom 1974, uniform; Embree, kernels/subdiv/catmullrom_curve.h).
+        return {p1, mix(p0, -kSixth, p1, 1, p2, kSixth), mix(p1, kSixth, p2, 1, p3, -kSixth), p2};
+      default: return {p0, p1, p2, p3};
+    }
   }
 
   // Roots evenly over a sphere of 0.6 radius (Fibonacci's lattice), tips at its radius, bent by up to a fifth of it, 1/50 of it thick at the root.
@@ -296,7 +324,7 @@ class CurveReader : public XmlHandler {
   FibreBuilder builder_;
   std::vector<At> stack_;
   std::vector<Affine> spaces_;
-  std::vector<double> space_, positions_, indices_, kd_;
+  std::vector<double> space_, positions_, tangents_, indices_, kd_;
   std::string word_, material_id_, assigned_;
   Kind kind_{};
   double fur_radius_ = 0;

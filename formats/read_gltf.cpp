@@ -1,5 +1,5 @@
 // glTF 2.0 specification (Khronos, 2.0.1), section 3.5 and 3.7; EXT_mesh_gpu_instancing, KHR_draco_mesh_compression, KHR_node_visibility.
-// Each mesh is read once, in its own space; nodes and instances are transforms of it.
+// Each mesh is read once, in its own space; nodes and instances are transforms of it. What is shown often stays one shape.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,12 +9,16 @@
 #include "formats/gltf_compression.h"
 #include "formats/gltf_file.h"
 #include "formats/gltf_material.h"
+#include "formats/instances.h"
 #include "formats/readers.h"
 
 namespace texel {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
+
+constexpr std::int64_t kMostCopied = std::int64_t{1} << 22;  // triangles of a mesh's copies: 0.4 GB while they are baked
+constexpr double kFarthest = 1e100;                          // as drop_unusable
 
 // A primitive, in its mesh's space. No vertex is unused.
 struct Part {
@@ -29,8 +33,12 @@ struct Part {
 struct ReadMesh {
   bool read = false;
   std::int64_t triangles = -1;          // as the file states, before it is read
-  std::size_t uses = 0;
+  std::int64_t places = 0;              // nodes that show it, times their instances
+  std::size_t uses = 0;                 // nodes to come
   std::vector<Part> parts;
+  bool shared = false;                  // becomes a shape
+  std::uint32_t shape = kNoIndex;       // into Scene::shapes; none: it has no triangle
+  double reach = 0;                     // of the shape
 };
 
 // A node that shows a mesh.
@@ -82,8 +90,8 @@ std::vector<std::uint32_t> drop_unused(std::vector<Triangle>& triangles, std::si
 
 class GltfReader {
  public:
-  GltfReader(const Input& input, Report& report, std::int64_t most_triangles)
-      : file_(input, report), report_(report), most_(most_triangles), materials_(file_, scene_, report), meshes_(file_.count("meshes")) {}
+  GltfReader(const Input& input, const GltfOptions& options, Report& report)
+      : file_(input, report), report_(report), options_(options), materials_(file_, scene_, report), meshes_(file_.count("meshes")) {}
 
   Scene read() {
     find_nodes();
@@ -92,11 +100,19 @@ class GltfReader {
     reserve();
     for (const Placed& node : placed_) {
       ReadMesh& mesh = meshes_[node.mesh];
-      for_each_instance(node, [&](const Affine& matrix) { place(mesh, matrix); });
+      for_each_instance(node, [&](const Affine& matrix) {
+        if (!mesh.shared) copy(mesh, matrix, has_colors_, has_uvs_, scene_.mesh);
+        else if (mesh.shape != kNoIndex) instance(mesh, matrix);
+      });
       if (--mesh.uses == 0) mesh.parts = {};
     }
+    for (const Instance& flat : flat_) place_shape(scene_.shapes[flat.shape], flat.place, scene_.mesh);
     tell();
     for (const std::string& name : file_.files) add_source(scene_, name);
+    if (scene_.mesh.triangles.empty() && scene_.instances.empty() && unusable_.triangles > 0)
+      throw Error(Code::kBadInput, file_.path(), scene_.shapes.empty() ? "every face has a vertex that is not a finite number" : "every instance stands where coordinates are no finite numbers or beyond 1e100", "export the mesh again");
+    if (placed_.empty() && file_.count("scenes") > 1)
+      throw Error(Code::kBadInput, file_.path(), "shows nothing: no node of this scene has a mesh", "choose by --scene among " + scene_names());
     finish_mesh(scene_, report_, file_.path(), "shows no triangle: no node of its scene has a mesh of triangles");
     return std::move(scene_);
   }
@@ -109,12 +125,17 @@ class GltfReader {
     const std::size_t scenes = file_.count("scenes"), nodes = file_.count("nodes");
     std::vector<std::size_t> result;
     if (scenes > 0) {
-      const GltfValue scene = file_.item("scenes", file_.reference(root, "scene", "scenes").value_or(0));
-      if (scenes > 1) report_.issue("gltf-scenes", "of several scenes only the default one, else the first, is read", static_cast<std::int64_t>(scenes) - 1, file_.path());
+      const auto asked = static_cast<std::size_t>(std::max(options_.scene, 0));
+      if (asked >= scenes) throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(asked), "it has " + scene_names());
+      const std::size_t chosen = options_.scene >= 0 ? asked : file_.reference(root, "scene", "scenes").value_or(0);
+      const GltfValue scene = file_.item("scenes", chosen);
+      if (scenes > 1 && options_.scene < 0)
+        report_.issue("gltf-scenes", "only scene " + std::to_string(chosen) + " is read, of " + scene_names() + " (--scene N chooses)", static_cast<std::int64_t>(scenes) - 1, file_.path());
       if (scene.has("nodes")) add_nodes(scene["nodes"], result);
       return result;
     }
     // A library of parts: all that is in it.
+    if (options_.scene >= 0) throw Error(Code::kBadInput, file_.path(), "has no scene " + std::to_string(options_.scene) + ": its nodes are in none", "leave --scene out");
     std::vector<bool> is_child(nodes, false);
     for (std::size_t i = 0; i < nodes; ++i) {
       const GltfValue node = file_.item("nodes", i);
@@ -125,6 +146,19 @@ class GltfReader {
     for (std::size_t i = 0; i < nodes; ++i)
       if (!is_child[i]) result.push_back(i);
     return result;
+  }
+
+  // 0 "a", 1 "b", ...
+  std::string scene_names() const {
+    std::string names;
+    for (std::size_t i = 0, n = file_.count("scenes"); i < n; ++i) {
+      if (names.size() > 200) return names + ", ... " + std::to_string(n - 1);
+      const GltfValue scene = file_.item("scenes", i);
+      if (i > 0) names += ", ";
+      names += std::to_string(i);
+      if (scene.has("name")) names.append(" ").append(shown_as(scene["name"].text()));
+    }
+    return names;
   }
 
   void add_nodes(const GltfValue& list, std::vector<std::size_t>& to) const {
@@ -222,19 +256,30 @@ class GltfReader {
     }
   }
 
-  // How many triangles the scene will have, by the file's own counts: nothing is allocated before.
+  // How much there will be, by the file's own counts: nothing is allocated before. Says which meshes become shapes.
   void bound_triangles() {
-    std::int64_t total = 0;
     for (const Placed& node : placed_) {
       ReadMesh& mesh = meshes_[node.mesh];
       if (mesh.triangles < 0) mesh.triangles = stated_triangles(node.mesh);
-      // A copy of a mesh without triangles takes time, too. Both factors are below 2^53 and 2^32: divided, not multiplied.
-      const std::int64_t copies = instances(node), each = std::max<std::int64_t>(mesh.triangles, 1);
-      if (copies > (most_ - total) / each)
-        throw Error(Code::kUnsupported, file_.path(), "its meshes and their instances have more than " + std::to_string(most_) + " triangles together", "bake parts of it by themselves");
-      total += copies * each;
-      copies_ += copies;
+      const std::int64_t places = instances(node);  // below 2^32
+      if (places > options_.most_instances - placements_)
+        throw Error(Code::kUnsupported, file_.path(), "its meshes have more than " + std::to_string(options_.most_instances) + " instances together", "bake parts of it by themselves");
+      placements_ += places;
+      mesh.places += places;
     }
+    for (ReadMesh& mesh : meshes_) {
+      if (mesh.places == 0) continue;
+      // A copy of a mesh without triangles takes time, too. Factors may be 2^53 and 2^24: divided, not multiplied.
+      const std::int64_t each = std::max<std::int64_t>(mesh.triangles, 1);
+      mesh.shared = mesh.places > options_.most_copies || (mesh.places > 1 && mesh.places > kMostCopied / each);
+      add_triangles(mesh.shared ? 1 : mesh.places, each);
+    }
+  }
+
+  void add_triangles(std::int64_t times, std::int64_t each) {
+    if (times > (options_.most_triangles - triangles_) / each)
+      throw Error(Code::kUnsupported, file_.path(), "its meshes and their copies have more than " + std::to_string(options_.most_triangles) + " triangles together", "bake parts of it by themselves");
+    triangles_ += times * each;
   }
 
   std::int64_t stated_triangles(std::size_t mesh) const {
@@ -264,6 +309,25 @@ class GltfReader {
       Part part;
       if (read_primitive(primitives[i], part)) mesh.parts.push_back(std::move(part));
     }
+    if (mesh.shared) make_shape(mesh);
+  }
+
+  void make_shape(ReadMesh& read) {
+    Mesh shape;
+    bool colors = false, uvs = false;
+    for (const Part& part : read.parts) {
+      colors = colors || !part.colors.empty();
+      uvs = uvs || !part.uvs.empty();
+    }
+    copy(read, {}, colors, uvs, shape);
+    read.parts = {};
+    const Unusable found = drop_unusable(shape);
+    unusable_.points += found.points;
+    unusable_.triangles += found.triangles;
+    if (shape.triangles.empty()) return;
+    read.reach = mesh_reach(shape);
+    read.shape = static_cast<std::uint32_t>(scene_.shapes.size());
+    scene_.shapes.push_back(std::move(shape));
   }
 
   bool read_primitive(const GltfValue& p, Part& part) {
@@ -436,8 +500,10 @@ class GltfReader {
 
   void reserve() {
     std::size_t points = 0, triangles = 0, uvs = 0;
+    std::size_t placed = 0;
     for (const Placed& node : placed_) {
       const auto copies = static_cast<std::size_t>(instances(node));
+      if (meshes_[node.mesh].shared) placed += copies;
       for (const Part& part : meshes_[node.mesh].parts) {
         points += copies * part.points.size();
         triangles += copies * part.triangles.size();
@@ -448,6 +514,7 @@ class GltfReader {
     for (const ReadMesh& mesh : meshes_)
       for (const Part& part : mesh.parts) uvs += part.uvs.size();
     if (points >= kNoIndex || uvs >= kNoIndex) throw Error(Code::kUnsupported, file_.path(), "has more than 2^32 vertices", "bake parts of it by themselves");
+    scene_.instances.reserve(placed);
     Mesh& mesh = scene_.mesh;
     mesh.points.reserve(points);
     mesh.triangles.reserve(triangles);
@@ -457,13 +524,37 @@ class GltfReader {
     if (has_uvs_) mesh.uv_corners.reserve(triangles);
   }
 
-  void place(ReadMesh& read, const Affine& matrix) {
-    Mesh& mesh = scene_.mesh;
+  // Where a shape stands. What a matrix makes flat has no inside and cannot be turned back: it is copied; what it makes a line has no surface.
+  void instance(const ReadMesh& read, const Affine& matrix) {
+    const Instance one{read.shape, matrix};
+    const Mesh& shape = scene_.shapes[read.shape];
+    const bool finite = std::all_of(matrix.m.begin(), matrix.m.end(), [](double v) { return std::isfinite(v); });
+    if (!finite || !(matrix.reach(read.reach) <= kFarthest)) {
+      unusable_.points += static_cast<std::int64_t>(shape.points.size());
+      unusable_.triangles += static_cast<std::int64_t>(shape.triangles.size());
+    } else if (matrix.invertible()) {
+      scene_.instances.push_back(one);
+    } else if (has_area(matrix)) {
+      add_triangles(1, static_cast<std::int64_t>(shape.triangles.size()));
+      flat_.push_back(one);
+    } else {
+      ++vanished_;
+    }
+  }
+
+  // Whether two of its columns span a plane.
+  static bool has_area(const Affine& a) {
+    const V3d x(a.m[0], a.m[4], a.m[8]), y(a.m[1], a.m[5], a.m[9]), z(a.m[2], a.m[6], a.m[10]);
+    return x.cross(y).length2() > 0 || y.cross(z).length2() > 0 || z.cross(x).length2() > 0;
+  }
+
+  // Appends the mesh. `has_colors`, `has_uvs`: whether any that comes to stand in `mesh` has some.
+  static void copy(ReadMesh& read, const Affine& matrix, bool has_colors, bool has_uvs, Mesh& mesh) {
     const bool mirrored = matrix.determinant() < 0;
     for (Part& part : read.parts) {
       const auto first = static_cast<std::uint32_t>(mesh.points.size());
       for (const V3d& p : part.points) mesh.points.push_back(matrix * p);
-      if (has_colors_) {
+      if (has_colors) {
         mesh.colors.insert(mesh.colors.end(), part.colors.begin(), part.colors.end());
         mesh.colors.resize(mesh.points.size(), V3f(1, 1, 1));
       }
@@ -474,7 +565,7 @@ class GltfReader {
       for (const Triangle& t : part.triangles) {
         const std::uint32_t a = t[0], b = t[mirrored ? 2 : 1], c = t[mirrored ? 1 : 2], uv = part.first_uv;
         mesh.triangles.push_back({first + a, first + b, first + c});
-        if (!has_uvs_) continue;
+        if (!has_uvs) continue;
         if (uv == kNoIndex) mesh.uv_corners.push_back({kNoIndex, kNoIndex, kNoIndex});
         else mesh.uv_corners.push_back({uv + a, uv + b, uv + c});
       }
@@ -504,24 +595,28 @@ class GltfReader {
     const auto animations = static_cast<std::int64_t>(file_.count("animations"));
     if (posed_ + animations > 0)
       report_.issue("gltf-rest-pose", "skins, morph targets or animations: the shape at rest is baked, as the meshes have it", posed_ + animations, file_.path());
-    report_.count("instances", static_cast<double>(copies_));
+    report_unusable(unusable_, report_, file_.path());
+    if (vanished_) report_.skip(file_.path() + ": " + std::to_string(vanished_) + (vanished_ == 1 ? " instance" : " instances"), "scaled to nothing");
+    report_.count("meshes placed", static_cast<double>(placements_));
   }
 
   GltfFile file_;
   Report& report_;
-  std::int64_t most_;
+  GltfOptions options_;
   Scene scene_;
   GltfMaterials materials_;
   std::vector<ReadMesh> meshes_;
   std::vector<Placed> placed_;
   std::vector<std::string> draco_names_;  // of the primitive being read, as its DracoMesh's attributes
-  std::int64_t copies_ = 0, posed_ = 0;
+  std::vector<Instance> flat_;            // to be copied
+  Unusable unusable_;                     // of shapes and instances
+  std::int64_t placements_ = 0, triangles_ = 0, vanished_ = 0, posed_ = 0;
   bool has_colors_ = false, has_uvs_ = false;
   Tally lines_, no_positions_, incomplete_, no_uv_, bad_uvs_, bad_colors_, vertex_alpha_;
 };
 
 }  // namespace
 
-Scene read_gltf(const Input& input, Report& report, std::int64_t most_triangles) { return GltfReader(input, report, most_triangles).read(); }
+Scene read_gltf(const Input& input, const GltfOptions& options, Report& report) { return GltfReader(input, options, report).read(); }
 
 }  // namespace texel

@@ -1,4 +1,5 @@
 // OPS (Open Plant Scene): a table of plants and where they stand.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -13,6 +14,8 @@ namespace texel {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostInstances = std::size_t{1} << 24;
 
 // The fields between runs of tabs, so that names may have blanks; where these are fewer than nine, between any blanks.
 std::vector<std::string_view> fields_of(std::string_view line) {
@@ -125,7 +128,7 @@ Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& 
     std::uint32_t first_material = 0;
     std::int64_t rows = 0, organs = 0;
     bool open = false, known = false;
-    std::uint32_t shape = kNoIndex;
+    std::vector<Instance> placed;  // of several rows: what stands in it
     double reach = 0;
   };
   Scene scene;
@@ -171,21 +174,21 @@ Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& 
     Scene own;
     if (part.mesh) {
       own = *std::move(part.mesh);
-      own.shapes.push_back(std::move(own.mesh));
-      own.mesh = Mesh();
-      part.shape = static_cast<std::uint32_t>(scene.shapes.size());
+      part.reach = scene_reach(own);
+      part.placed = take_instances(own);
+      for (Instance& one : part.placed) one.shape += static_cast<std::uint32_t>(scene.shapes.size());
       join_scenes(scene, std::move(own));
     } else {
       place_plant(*part.plant, in_metres(*part.plant), part.first_material, own, report, row.where);
       if (!own.mesh.triangles.empty()) {
         finish_mesh(own, report, row.where, "holds no drawable geometry");
-        part.shape = static_cast<std::uint32_t>(scene.shapes.size());
+        part.reach = mesh_reach(own.mesh);
+        part.placed = {{static_cast<std::uint32_t>(scene.shapes.size()), Affine()}};
         scene.shapes.push_back(std::move(own.mesh));
       }
     }
     part.mesh.reset();
     part.plant.reset();
-    if (part.shape != kNoIndex) part.reach = mesh_reach(scene.shapes[part.shape]);
   };
 
   const std::vector<OpsRow> rows = read_ops_rows(input, options, report);
@@ -203,6 +206,7 @@ Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& 
     if (part && !part->open) {
       read(row, named[row.file].second, *part);
       if (part->rows > 1 && part->known) make_shape(row, *part);
+      else if (part->mesh) part->reach = scene_reach(*part->mesh);
     }
     if (!part || !part->known) {
       if (skipped++ == 0) {
@@ -213,12 +217,14 @@ Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& 
     }
     if (!row.placement.invertible() || !(row.placement.reach(part->reach) <= 1e100))
       throw Error(Code::kBadInput, row.where, "is a transform that makes things flat or infinite", "leave the row out");
-    if (part->shape != kNoIndex) {
-      scene.instances.push_back({part->shape, row.placement});
+    if (!part->placed.empty()) {
+      if (part->placed.size() > kMostInstances - std::min(scene.instances.size(), kMostInstances))
+        throw Error(Code::kUnsupported, row.where, "has more than 2^24 instances with the rows before, those of its meshes included", "bake parts of it by themselves");
+      for (const Instance& one : part->placed) scene.instances.push_back({one.shape, row.placement * one.place});
     } else if (part->plant) {
       place_plant(*part->plant, row.placement * in_metres(*part->plant), part->first_material, scene, report, row.where);
     } else if (part->mesh) {
-      move_mesh(part->mesh->mesh, row.placement);
+      move_scene(*part->mesh, row.placement);
       join_scenes(scene, *std::move(part->mesh));
     }
     ++placed;
@@ -228,7 +234,7 @@ Scene read_ops(const Input& input, const PlantOptions& options, const ReadMesh& 
   if (skipped) report.issue("plant-part", "rows that place other files than plants and meshes, or meshes that are not there (first: " + shown_as(skipped_name) + "); skipped", skipped, skipped_where);
   report.count("plants", static_cast<double>(placed));
   report.count("organs", static_cast<double>(organs));
-  if (scene.instances.empty() || !scene.mesh.triangles.empty()) finish_mesh(scene, report, input.path, "places no plant with drawable geometry");
+  finish_mesh(scene, report, input.path, "places no plant with drawable geometry");
   return scene;
 }
 

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "formats/error.h"
+#include "formats/fibres.h"
 #include "formats/image.h"
 #include "formats/json_reader.h"
 #include "formats/read_placements.h"
@@ -23,9 +24,10 @@ constexpr std::size_t kMostBytes = 32u << 20;
 constexpr int kMostDepth = 32;                 // of groups
 constexpr std::uint64_t kMostPlaced = 1u << 24;
 constexpr std::size_t kMostInputs = 4096;
+constexpr std::uint64_t kMostFibrePoints = 1u << 25;  // of fibres that stand several times: 1.1 GB, 1.5 GB with colours
 
 constexpr const char* kTopKeys[] = {"format", "version", "name", "inputs", "objects", "texels", "recipe"};
-constexpr const char* kInputKeys[] = {"file", "unit", "up", "materials", "texel"};
+constexpr const char* kInputKeys[] = {"file", "unit", "up", "materials", "texel", "scene"};
 constexpr const char* kMaterialKeys[] = {"kd", "ks", "ke", "roughness", "opacity", "map_kd"};
 constexpr const char* kObjectKeys[] = {"name", "input", "objects", "transform", "instances", "instances_file"};
 constexpr const char* kTransformKeys[] = {"scale", "rotate", "translate", "matrix"};
@@ -48,6 +50,7 @@ struct Override {
 struct InputRow {
   std::string name, file, texel, where;  // `where`: its path in the JSON
   double unit = 0;
+  int scene = -1;
   bool y_up = false;
   std::vector<Override> overrides;       // "*" first
   std::uint64_t placed = 0;
@@ -188,6 +191,11 @@ class SceneReader : private JsonReader {
         if (v.contains("unit")) row.unit = unit(v.at("unit"), row.where + "/unit");
         if (v.contains("up")) row.y_up = up(v.at("up"), row.where + "/up");
         if (v.contains("texel")) row.texel = text(v.at("texel"), row.where + "/texel");
+        if (v.contains("scene")) {
+          const double number = this->number(v.at("scene"), row.where + "/scene");
+          if (!(number >= 0 && number <= 1 << 30 && number == std::floor(number))) fail(row.where + "/scene", "is " + shown(v.at("scene")), "expected a whole number from 0 on");
+          row.scene = static_cast<int>(number);
+        }
         if (v.contains("materials")) read_overrides(v.at("materials"), row.where + "/materials", row.overrides);
       }
       numbers_of_[name] = static_cast<std::uint32_t>(inputs_.size());
@@ -391,64 +399,55 @@ class SceneReader : private JsonReader {
   // An input's own scene, turned and recoloured.
   Scene open(const InputRow& row) const {
     const std::string path = find_file(Json(row.file), row.where + "/file");
-    Scene part = files_->read({path, row.unit, row.texel});
+    Scene part = files_->read({path, row.unit, row.texel, row.scene});
     apply_overrides(row, part);
     const bool made_of_triangles = part.implicits.empty() && part.heights.empty() && !part.hypertexture;
-    if (part.fibres.strands() > 0 && row.placed != 1) fail(row.where, "holds fibres or lines (" + row.file + "), which can stand only once", "leave lines out by --fibre-radius 0, or place the input once");
     if (!made_of_triangles) {
       if (row.placed != 1 || row.unit > 0 || row.y_up || !is_identity(row.first))
         fail(row.where, "is a function or a height field (" + row.file + "), which can stand only once, without a transform, unit or up", "bake it by itself, or give a mesh");
     } else if (row.y_up) {
       Affine turn;
       turn.m = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};
-      move(part, turn);
+      move_scene(part, turn);
     }
     return part;
-  }
-
-  static void move(Scene& part, const Affine& place) {
-    move_mesh(part.mesh, place);
-    for (V3d& p : part.fibres.points) p = place * p;
-    const double thicker = std::cbrt(std::abs(place.determinant()));  // round ones stay round: by the mean scale
-    for (double& r : part.fibres.radii) r *= thicker;
-    for (Instance& instance : part.instances) instance.place = place * instance.place;
-  }
-
-  static double reach_of(const Scene& part) {
-    double most = mesh_reach(part.mesh);
-    for (const V3d& p : part.fibres.points) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    std::vector<double> shapes;
-    for (const Mesh& shape : part.shapes) shapes.push_back(mesh_reach(shape));
-    for (const Instance& i : part.instances) most = std::max(most, i.place.reach(shapes[i.shape]));
-    return most;
   }
 
   Scene resolve() {
     struct Placed {
       std::vector<Instance> parts;  // of one placement; empty: it is part of the mesh
+      Fibres fibres;                // likewise; they are copied
+      std::uint32_t first_material = 0;
       double reach = 0;
     };
     Scene all;
     std::vector<Placed> known(inputs_.size());
-    bool any = false, compound = false;
+    bool any = false, compound = false, colored = false;
+    std::uint64_t fibre_points = 0, fibre_strands = 0, copied_points = 0;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       const InputRow& row = inputs_[i];
       if (row.placed == 0) continue;
       Scene part = open(row);
-      known[i].reach = reach_of(part);
+      known[i].reach = scene_reach(part);
+      known[i].first_material = static_cast<std::uint32_t>(all.materials.size());
+      if (part.fibres.strands() > 0) {
+        const std::uint64_t points = part.fibres.points.size();  // below 2^40, and placed at most 2^24 times
+        if (row.placed > 1 && (copied_points += points * row.placed) > kMostFibrePoints)
+          fail(row.where, "holds fibres or lines (" + row.file + "), which are copied, and the " + std::to_string(points) + " points of this one would stand " + std::to_string(row.placed) + " times: together more than 2^25",
+               "place it less often (--fibre-radius 0 leaves out the lines of .obj files)");
+        fibre_points += points * row.placed;
+        fibre_strands += part.fibres.strands() * row.placed;
+        colored = colored || !part.fibres.colors.empty();
+        known[i].fibres = std::move(part.fibres);
+        part.fibres = {};
+      }
       if (row.placed == 1) {
         if (!(row.first.reach(known[i].reach) <= kFarthest)) fail(row.where, "is placed where coordinates are beyond 1e100", "scale by less");
-        if (!is_identity(row.first)) move(part, row.first);
+        if (!is_identity(row.first)) move_scene(part, row.first);
       } else {
-        std::vector<Instance> parts = std::move(part.instances);
-        part.instances.clear();
-        if (!part.mesh.triangles.empty()) {
-          parts.push_back({static_cast<std::uint32_t>(part.shapes.size()), Affine()});
-          part.shapes.push_back(std::move(part.mesh));
-        }
-        part.mesh = Mesh();
+        std::vector<Instance> parts = take_instances(part);
         for (Instance& one : parts) one.shape += static_cast<std::uint32_t>(all.shapes.size());
-        compound = compound || parts.size() > 1 || !is_identity(parts[0].place);
+        compound = compound || parts.size() > 1 || (parts.size() == 1 && !is_identity(parts[0].place));
         known[i].parts = std::move(parts);
       }
       if (any) join_scenes(all, std::move(part));
@@ -461,7 +460,19 @@ class SceneReader : private JsonReader {
       const Placed& part = known[p.shape];
       total += part.parts.size();
       if (total > kMostPlaced) fail("", "has more than 2^24 instances, those of its scenes included", "bake parts of it by themselves");
-      if (!part.parts.empty() && !(p.place.reach(part.reach) <= kFarthest)) fail(inputs_[p.shape].where, "is placed where coordinates are beyond 1e100", "scale by less");
+      if (!(p.place.reach(part.reach) <= kFarthest)) fail(inputs_[p.shape].where, "is placed where coordinates are beyond 1e100", "scale by less");
+    }
+    if (fibre_strands > 0) {
+      all.fibres.points.reserve(fibre_points);
+      all.fibres.radii.reserve(fibre_points);
+      all.fibres.colors.reserve(colored ? fibre_points : 0);
+      all.fibres.first.reserve(fibre_strands + 1);
+      all.fibres.materials.reserve(fibre_strands);
+      FibreBuilder builder(all.fibres, colored);
+      for (const Instance& p : placed_)
+        if (const Placed& part = known[p.shape]; part.fibres.strands() > 0) builder.moved(part.fibres, p.place, part.first_material);
+      builder.report_to(*report_, file());
+      if (all.fibres.strands() == 0 && all.mesh.triangles.empty() && total == 0) fail("", "has no fibre left that can be used where it is placed: " + builder.reason(), "move it less far, or scale by more");
     }
     if (!compound && all.instances.empty()) {  // in place: there may be millions
       std::size_t kept = 0;

@@ -35,6 +35,7 @@ struct SceneInput {
   std::string path;        // a file that is there
   double unit = 0;         // metres one of its units is; 0: not said
   std::string texel;       // of a scene; may be empty
+  int scene = -1;          // of a glTF file; below 0: not said
 };
 // How a scene comes by what it names.
 struct SceneFiles {

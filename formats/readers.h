@@ -21,9 +21,20 @@ namespace texel {
 [[nodiscard]] Scene read_stl(const Input& input, Report& report);
 [[nodiscard]] Scene read_off(const Input& input, Report& report);
 
-// A glTF 2.0 file, JSON or binary; the scene is in its metres, y up. Instances are copied. Throws Error{kUnsupported} where they have more than
-// `most_triangles` together, before any is made, and for extensions that are required and not known; Error{kFile} where a file it needs is not there.
-[[nodiscard]] Scene read_gltf(const Input& input, Report& report, std::int64_t most_triangles = std::int64_t{1} << 27);
+struct GltfOptions {
+  int scene = -1;                                       // which of the file's scenes; below 0: its own choice, else its first
+  std::int64_t most_triangles = std::int64_t{1} << 27;  // of the mesh, copies included
+  std::int64_t most_instances = std::int64_t{1} << 24;
+  // Up to so many times a mesh is copied: what is shown a few times may be a part that its copies complete (half a car, mirrored; a quarter of a vase),
+  // which only copies can make one solid. Beyond it is a plant or a stone, and copies would cost memory for nothing.
+  std::int64_t most_copies = 16;
+};
+
+// A glTF 2.0 file, JSON or binary; the scene is in its metres, y up. A mesh that is shown more often than `most_copies`, or whose copies would have more than
+// 2^22 triangles, becomes a shape with instances; others are copied for each node, so that halves that meet stay one solid.
+// Throws Error{kUnsupported} where there is more than `options` allows, before any is made, and for extensions that are required and not known;
+// Error{kFile} where a file it needs is not there.
+[[nodiscard]] Scene read_gltf(const Input& input, const GltfOptions& options, Report& report);
 
 // Fibres alone: Cem Yuksel's HAIR files, and the curves of an Embree XML scene, cut into pieces off by at most 1/16384 of the diagonal of their
 // control points.
@@ -75,8 +86,15 @@ void add_source(Scene& scene, const std::string& path);
 // Which textures are masks read by luminance, and so decoded raw.
 [[nodiscard]] std::vector<bool> raw_textures(const Scene& scene);
 
-// Last step of each reader: drops triangles with a non-finite or absurdly large corner (issue `non-finite`) and puts such points onto a
-// finite one, gives the scene a default material, and throws Error{kBadInput} when neither triangle nor fibre is left, with `reason` at `where`.
+// Drops triangles with a non-finite or absurdly large corner and puts such points onto a finite one. How many points, how many triangles.
+struct Unusable {
+  std::int64_t points = 0, triangles = 0;
+};
+Unusable drop_unusable(Mesh& mesh);
+void report_unusable(const Unusable& found, Report& report, const std::string& where);  // issue `non-finite`, if any
+
+// Last step of each reader: drop_unusable, gives the scene a default material, and throws Error{kBadInput} when neither triangle nor fibre nor instance
+// is left, with `reason` at `where`.
 void finish_mesh(Scene& scene, Report& report, const std::string& where, const std::string& reason);
 
 // Linear colour from three stored sRGB values in [0,1]; values that are not numbers give white and false.
@@ -89,8 +107,16 @@ void join_scenes(Scene& to, Scene&& from);
 // Moves the mesh. Where the map mirrors, corners are turned round, so that outside stays outside.
 void move_mesh(Mesh& mesh, const Affine& place);
 
+// Moves mesh, fibres and instances. Fibres stay round: their radii grow by the cube root of what volumes grow by.
+void move_scene(Scene& scene, const Affine& place);
+
 // The largest coordinate of the mesh's points; 0 where there is none.
 [[nodiscard]] double mesh_reach(const Mesh& mesh);
+// No coordinate of mesh, fibres and instances is larger.
+[[nodiscard]] double scene_reach(const Scene& scene);
+
+// Makes the scene's mesh, if it has triangles, a shape; what stands in the scene are its instances then, which are taken out and handed over.
+[[nodiscard]] std::vector<Instance> take_instances(Scene& scene);
 
 // A scene of one solid, field >= iso, of the default material, in the field's own bounds.
 [[nodiscard]] Scene implicit_scene(std::shared_ptr<const Field> field, double iso, const std::string& name);

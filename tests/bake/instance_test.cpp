@@ -7,7 +7,9 @@
 #include "bake/view.h"
 #include "formats/error.h"
 #include "formats/instances.h"
+#include "formats/readers.h"
 #include "tests/bake/bake_util.h"
+#include "tests/formats/gltf_builder.h"
 
 namespace texel::test {
 namespace {
@@ -233,6 +235,37 @@ TEST(Instances, CyclicAsCopies) {
   recipe.box = Box3d(V3d(0, 0, -0.5), V3d(1, 1, 1.5));
   recipe.cyclic = {true, true, false};
   expect_same(bake_quietly(scene, recipe), bake_quietly(flatten_instances(scene), recipe), 0);
+}
+
+// One file, read as instances and as copies: boxes (lit from one side, though their material says both) with a coloured card on each, turned, mirrored, stretched.
+TEST(Instances, OfGltfSamePackAsCopies) {
+  GltfBuilder file;
+  Random random(11);
+  std::vector<float> at, turned, scaled;
+  for (int i = 0; i < 40; ++i) {
+    for (int k = 0; k < 3; ++k) at.push_back(static_cast<float>(random.uniform()));
+    for (int k = 0; k < 4; ++k) turned.push_back(static_cast<float>(random.uniform() - 0.5));
+    const auto size = static_cast<float>(random.uniform(0.05, 0.15));
+    scaled.insert(scaled.end(), {i % 3 == 0 ? -size : size, i % 5 == 0 ? 2 * size : size, size});
+  }
+  const Json attributes = {{"TRANSLATION", file.floats(at, "VEC3")}, {"ROTATION", file.floats(turned, "VEC4")}, {"SCALE", file.floats(scaled, "VEC3")}};
+  Json box = file.cube(), card = file.square();
+  box["material"] = file.add("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.1, 0.1, 1}}}}, {"doubleSided", true}});
+  card["material"] = file.add("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {0.1, 0.7, 0.2, 1}}}}, {"doubleSided", true}});
+  card["attributes"]["POSITION"] = file.floats({0, 0, 1.5f, 1, 0, 1.5f, 1, 1, 1.5f, 0, 1, 1.75f}, "VEC3");
+  card["attributes"]["COLOR_0"] = file.floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1}, "VEC3");
+  file.show(box, {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", attributes}}}}}});
+  file.json["meshes"][0]["primitives"].push_back(card);
+  file.show(file.square(), {{"scale", {1.2, 1.2, 1}}});
+  const std::string bytes = file.glb();
+  Report report;
+  const Scene placed = read_gltf({bytes, "a.glb"}, {}, report), copied = read_gltf({bytes, "a.glb"}, {.most_copies = 1000}, report);
+  ASSERT_EQ(placed.instances.size(), 40u);
+  ASSERT_TRUE(copied.instances.empty());
+  const Pack a = bake_quietly(placed, everything(40)), b = bake_quietly(copied, everything(40));
+  check_invariants(a);
+  EXPECT_GT(a.statistics.volume, 0);
+  expect_same(a, b, kOrder);
 }
 
 TEST(Instances, BoundsAreExact) {

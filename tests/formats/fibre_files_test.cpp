@@ -164,6 +164,65 @@ TEST(Curves, EmbreeScene) {
   EXPECT_EQ(find_issue(report, "xml-ignored")->count, 1);
 }
 
+// Every point that comes out lies on the curve as Embree evaluates it, at its parameter, with its radius: to rounding. The number of pieces is what the
+// tolerance asks for, so the points' parameters are known.
+TEST(Curves, HermiteAndCatmullRomAreExact) {
+  // (x y z radius) of five points; tangents of the Hermite ones.
+  const std::vector<std::array<double, 4>> p{{0, 0, 0, 0.125}, {1, 2, 0, 0.25}, {3, 1, 1, 0.5}, {4, 0, -1, 0.25}, {2, -1, 0, 0.375}};
+  const std::vector<std::array<double, 4>> t{{1, 3, 0, 0.5}, {2, -1, 2, 0}, {-1, -2, 1, -0.25}, {0, 0, -3, 0.125}, {-2, 1, 0, 0}};
+  const auto list = [](const std::vector<std::array<double, 4>>& rows) {
+    std::string text;
+    for (const auto& row : rows)
+      for (const double v : row) text += std::to_string(v) + " ";
+    return text;
+  };
+  // Of segment i at u. Hermite: the cubic with these ends and derivatives. Catmull-Rom: Embree's weights (CatmullRomBasis::eval).
+  const auto hermite = [&](std::size_t i, double u, std::size_t k) {
+    const double u2 = u * u, u3 = u2 * u;
+    return p[i][k] * (2 * u3 - 3 * u2 + 1) + t[i][k] * (u3 - 2 * u2 + u) + p[i + 1][k] * (3 * u2 - 2 * u3) + t[i + 1][k] * (u3 - u2);
+  };
+  const auto catmull_rom = [&](std::size_t i, double u, std::size_t k) {
+    const double s = 1 - u;
+    return 0.5 * (-u * s * s * p[i][k] + (2 + u * u * (3 * u - 5)) * p[i + 1][k] + (2 + s * s * (3 * s - 5)) * p[i + 2][k] - s * u * u * p[i + 3][k]);
+  };
+  const auto check = [&](const std::string& basis, std::size_t segments, const auto& curve) {
+    std::string indices;
+    for (std::size_t i = 0; i < segments; ++i) indices += std::to_string(i) + " ";
+    const std::string text = "<scene><Curves type=\"round\" basis=\"" + basis + "\"><positions>" + list(p) + "</positions><tangents>" + list(t) + "</tangents><indices>" + indices + "</indices></Curves></scene>";
+    Report report;
+    const Fibres f = read_curves({text, "a.xml"}, report).fibres;
+    EXPECT_TRUE(report.issues.empty());
+    ASSERT_EQ(f.strands(), 1u) << "neighbours go on from each other";
+    // Segments begin where their curve does; between, the parameter goes in equal steps.
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < segments; ++i) {
+      std::size_t end = at + 1;
+      const auto is_end = [&](std::size_t k) { return (f.points[k] - V3d(curve(i, 1, 0), curve(i, 1, 1), curve(i, 1, 2))).length() < 1e-12; };
+      while (end < f.points.size() && !is_end(end)) ++end;
+      ASSERT_LT(end, f.points.size());
+      ASSERT_GT(end - at, 20u);
+      for (std::size_t k = at; k <= end; ++k) {
+        const double u = static_cast<double>(k - at) / static_cast<double>(end - at);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(f.points[k][c], curve(i, u, static_cast<std::size_t>(c)), 1e-14);  // a few roundings of numbers up to 8
+        EXPECT_NEAR(f.radii[k], curve(i, u, 3), 1e-14);
+      }
+      at = end;
+    }
+    EXPECT_EQ(at + 1, f.points.size());
+  };
+  check("hermite", 4, hermite);
+  check("catmull_rom", 2, catmull_rom);
+}
+
+TEST(Curves, SegmentsOfAllNames) {
+  for (const std::string name : {"LineSegments", "RoundLineSegments", "ConeSegments"}) {
+    Report report;
+    const Scene scene = read_curves({"<scene><" + name + "><positions>0 0 0 1 1 0 0 1</positions><indices>0</indices></" + name + "></scene>", "a.xml"}, report);
+    EXPECT_EQ(scene.fibres.points.size(), 2u);
+    EXPECT_EQ(find_issue(report, "curves-flat") != nullptr, name == "LineSegments");
+  }
+}
+
 TEST(Curves, BadFiles) {
   const auto error = [](const std::string& s) {
     Report report;
@@ -171,9 +230,13 @@ TEST(Curves, BadFiles) {
   };
   EXPECT_EQ(error("<svg/>"), "3: a.xml:1: is no scene of curves: its outermost element is <svg> rather than <scene>");
   EXPECT_EQ(error("<scene/>"), "3: a.xml: holds no fibre; give a file with curves");
-  EXPECT_EQ(error("<scene><Curves basis=\"nurbs\"/></scene>"), "5: a.xml:1: curves of the basis \"nurbs\" are not read; use linear, bezier or bspline");
+  EXPECT_EQ(error("<scene><Curves basis=\"nurbs\"/></scene>"), "5: a.xml:1: curves of the basis \"nurbs\" are not read; use linear, bezier, bspline, hermite or catmull_rom");
   EXPECT_EQ(error("<scene><BezierCurves><positions>1 2 x</positions></BezierCurves></scene>"), "3: a.xml:1: not a number (\"x\")");
   EXPECT_EQ(error("<scene><BezierCurves><positions>1 2 3</positions></BezierCurves></scene>"), "3: a.xml:1: its 3 positions are not x y z radius each");
+  EXPECT_EQ(error("<scene><Curves basis=\"hermite\"><positions>0 0 0 1 1 0 0 1</positions><tangents>1 0 0 0</tangents><indices>0</indices></Curves></scene>"),
+            "3: a.xml:1: curves of the basis \"hermite\" with 8 numbers for positions and 4 for tangents; give a tangent x y z radius for each position");
+  EXPECT_EQ(error("<scene><Curves basis=\"linear\">\n<positions ofs=\"0\" size=\"9\"/></Curves></scene>"),
+            "5: a.xml:2: the numbers of <positions> are in a .bin file, which is not read; write the scene with its numbers in the XML");
   EXPECT_EQ(error("<scene><FurBall radius=\"-1\"/></scene>"), "3: a.xml:1: a FurBall without a radius above 0");
   EXPECT_EQ(error("<scene><Transform><AffineSpace>1 2</AffineSpace></Transform></scene>"), "3: a.xml:1: an AffineSpace is not twelve finite numbers");
 }

@@ -13,7 +13,7 @@ namespace {
 
 Scene read(const std::string& bytes) {
   Report report;
-  return read_gltf({bytes, "nowhere/model.glb"}, report);
+  return read_gltf({bytes, "nowhere/model.glb"}, {}, report);
 }
 std::string said(const std::string& bytes) {
   return error_of([&] { (void)read(bytes); });

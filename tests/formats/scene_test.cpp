@@ -383,5 +383,82 @@ TEST(SceneFile, TheSampleIsWhole) {
   EXPECT_EQ(scene.shapes[0].points, shrub.mesh.points);  // exact: the shape is the shrub
 }
 
+// --- fibres ---
+
+// A scene of curves, each a straight piece of two radii: x y z radius.
+std::string wires(const std::string& numbers) {
+  return R"(<scene><Curves type="round" basis="linear"><material><parameters><float3 name="Kd">0.25 0.5 1</float3></parameters></material><positions>)" + numbers + "</positions><indices>0 1</indices></Curves></scene>";
+}
+
+// Two places of a hair are two files: the second one holds the numbers that the transform makes, all of them exact.
+TEST(SceneFibres, TwoPlacesAreTwoFiles) {
+  Files f;
+  const std::string a = f.folder.write("a.xml", wires("0 0 0 .25  1 0 0 .5  1 2 0 .125"));
+  const std::string b = f.folder.write("b.xml", wires("10 0 4 .5  10 2 4 1  6 2 4 .25"));  // twice as large, turned by 90 degrees about z, moved
+  const std::vector<std::string> paths{a, b};
+  const Scene two = read_scene(paths, f.report);
+  const Scene placed = f.place(R"([{"input": "t"}, {"input": "t", "transform": {"scale": 2, "rotate": [0, 0, 90], "translate": [10, 0, 4]}}])", R"("a.xml")");
+  EXPECT_EQ(placed.fibres.points, two.fibres.points);
+  EXPECT_EQ(placed.fibres.radii, two.fibres.radii);
+  EXPECT_EQ(placed.fibres.first, two.fibres.first);
+  EXPECT_EQ(placed.fibres.colors, two.fibres.colors);
+  EXPECT_EQ(placed.fibres.materials, (std::vector<std::uint32_t>{0, 0}));
+  EXPECT_EQ(placed.materials[0].kd, two.materials[0].kd);
+  EXPECT_TRUE(placed.instances.empty() && placed.mesh.triangles.empty());
+  // Mirrored ones keep their radius; stretched ones stay round, by the mean scale, once or several times.
+  for (const std::string second : {"", R"(, {"translate": [0, 0, 9]})"}) {
+    const Scene stretched = f.place(R"([{"input": "t", "instances": [{"scale": [-1, 2, 4]})" + second + "]}]", R"("a.xml")");
+    EXPECT_EQ(stretched.fibres.points[2], V3d(-1, 4, 0));
+    EXPECT_EQ(stretched.fibres.radii[0], 0.5);
+    EXPECT_EQ(stretched.fibres.strands(), second.empty() ? 1u : 2u);
+  }
+}
+
+TEST(SceneFibres, BesideTrianglesWithTheirOwnMaterials) {
+  Files f;
+  (void)f.folder.write("both.obj", "mtllib t.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl bark\nf 1 2 3\nusemtl leaf\nl 1 2 3\n");
+  (void)f.folder.write("hair.xml", wires("0 0 0 .25  1 0 0 .5  1 2 0 .125"));
+  const Scene scene = f.read(R"({"format": "texel-scene", "inputs": {"t": "t.obj", "both": "both.obj", "hair": "hair.xml"},
+    "objects": [{"input": "t"}, {"input": "hair", "instances": [{}, {"translate": [0, 5, 0]}]}, {"input": "both", "instances": [{}, {"translate": [3, 0, 0]}, {"scale": 2}]}]})");
+  EXPECT_EQ(scene.instances.size(), 3u);
+  ASSERT_EQ(scene.fibres.strands(), 5u);
+  EXPECT_EQ(scene.fibres.points[3], V3d(0, 5, 0)) << "in the order of the placements";
+  EXPECT_EQ(scene.materials[scene.fibres.materials[0]].kd, V3f(0.25f, 0.5f, 1));
+  for (std::size_t s = 2; s < 5; ++s) EXPECT_EQ(scene.materials[scene.fibres.materials[s]].name, "leaf");
+  for (const std::uint32_t m : scene.shapes.at(0).materials) EXPECT_EQ(scene.materials[m].name, "bark");
+  // A scene that holds them may be placed several times, too.
+  (void)f.folder.write("inner.json", R"({"format": "texel-scene", "inputs": {"both": "both.obj"}, "objects": [{"input": "both", "instances": [{}, {"translate": [3, 0, 0]}]}]})");
+  const Scene nested = f.place(R"([{"input": "t", "instances": [{}, {"translate": [0, 0, 7]}]}])", R"("inner.json")");
+  EXPECT_EQ(nested.instances.size(), 4u);
+  ASSERT_EQ(nested.fibres.strands(), 4u);
+  EXPECT_EQ(nested.fibres.points[9], V3d(3, 0, 7));
+}
+
+TEST(SceneFibres, CopiesHaveALimit) {
+  Files f;
+  std::string points, line = "l";
+  for (int i = 0; i < 1024; ++i) {
+    points += "v " + std::to_string(i) + " 0 0\n";
+    line += " " + std::to_string(i + 1);
+  }
+  (void)f.folder.write("long.obj", points + line + "\n");
+  std::string rows;
+  for (int i = 0; i < 32769; ++i) rows += "0 " + std::to_string(i) + " 0\n";
+  (void)f.folder.write("p.csv", rows);
+  EXPECT_EQ(f.place_fault(R"([{"input": "t", "instances_file": "p.csv"}])", R"("long.obj")"),
+            "3: s.json: /inputs/t holds fibres or lines (long.obj), which are copied, and the 1024 points of this one would stand 32769 times: together more than 2^25; place it less often (--fibre-radius 0 leaves out the lines of .obj files)");
+}
+
+TEST(SceneFibres, WhatAPlacementMakesUnusableIsLeftOut) {
+  Files f;
+  (void)f.folder.write("hair.xml", wires("0 0 0 .25  1 0 0 .5  1 2 0 .125"));
+  // So far that its points fall together: one of two is left.
+  const Scene scene = f.place(R"([{"input": "t"}, {"input": "t", "transform": {"translate": [1e20, 1e20, 0]}}])", R"("hair.xml")");
+  EXPECT_EQ(scene.fibres.strands(), 1u);
+  EXPECT_EQ(find_issue(f.report, "fibre-degenerate")->count, 1);
+  EXPECT_EQ(f.place_fault(R"([{"input": "t", "transform": {"translate": [1e20, 1e20, 0]}}])", R"("hair.xml")"),
+            "3: s.json: has no fibre left that can be used where it is placed: no fibre has two different points; move it less far, or scale by more");
+}
+
 }  // namespace
 }  // namespace texel

@@ -25,20 +25,7 @@ inline void check_materials(const Scene& scene) {
   }
 }
 
-inline void check_scene(const Scene& scene) {
-  const Mesh& mesh = scene.mesh;
-  const Fibres& fibres = scene.fibres;
-  demand((!mesh.triangles.empty() || fibres.strands() > 0) && !scene.materials.empty());
-  demand(fibres.first.front() == 0 && fibres.first.back() == fibres.points.size() && fibres.radii.size() == fibres.points.size());
-  demand(fibres.materials.size() == fibres.strands() && (fibres.colors.empty() || fibres.colors.size() == fibres.points.size()));
-  for (std::size_t s = 0; s < fibres.strands(); ++s) {
-    demand(fibres.first[s + 1] >= fibres.first[s] + 2 && fibres.materials[s] < scene.materials.size());
-    for (std::size_t i = fibres.first[s]; i < fibres.first[s + 1]; ++i) {
-      const V3d& p = fibres.points[i];
-      demand(std::abs(p.x) <= 1e100 && std::abs(p.y) <= 1e100 && std::abs(p.z) <= 1e100 && fibres.radii[i] >= 0 && fibres.radii[i] <= 1e100);
-      demand(i == fibres.first[s] || p != fibres.points[i - 1]);
-    }
-  }
+inline void check_mesh(const Mesh& mesh, const Scene& scene) {
   demand(mesh.materials.size() == mesh.triangles.size());
   demand(mesh.uv_corners.empty() || mesh.uv_corners.size() == mesh.triangles.size());
   demand(mesh.colors.empty() || mesh.colors.size() == mesh.points.size());
@@ -50,6 +37,35 @@ inline void check_scene(const Scene& scene) {
   for (const auto& t : mesh.uv_corners)
     for (const std::uint32_t corner : t) demand(corner == kNoIndex || corner < mesh.uvs.size());
   for (const std::uint32_t m : mesh.materials) demand(m < scene.materials.size());
+}
+
+inline void check_fibres(const Fibres& fibres, const Scene& scene) {
+  demand(fibres.first.front() == 0 && fibres.first.back() == fibres.points.size() && fibres.radii.size() == fibres.points.size());
+  demand(fibres.materials.size() == fibres.strands() && (fibres.colors.empty() || fibres.colors.size() == fibres.points.size()));
+  for (std::size_t s = 0; s < fibres.strands(); ++s) {
+    demand(fibres.first[s + 1] >= fibres.first[s] + 2 && fibres.materials[s] < scene.materials.size());
+    for (std::size_t i = fibres.first[s]; i < fibres.first[s + 1]; ++i) {
+      const V3d& p = fibres.points[i];
+      demand(std::abs(p.x) <= 1e100 && std::abs(p.y) <= 1e100 && std::abs(p.z) <= 1e100 && fibres.radii[i] >= 0 && fibres.radii[i] <= 1e100);
+      demand(i == fibres.first[s] || p != fibres.points[i - 1]);
+    }
+  }
+}
+
+inline void check_scene(const Scene& scene) {
+  demand((!scene.mesh.triangles.empty() || scene.fibres.strands() > 0 || !scene.instances.empty()) && !scene.materials.empty());
+  check_mesh(scene.mesh, scene);
+  check_fibres(scene.fibres, scene);
+  std::vector<double> reach;
+  for (const Mesh& shape : scene.shapes) {
+    demand(shape.made == 0);
+    check_mesh(shape, scene);
+    reach.push_back(mesh_reach(shape));
+  }
+  for (const Instance& i : scene.instances) {
+    for (const double v : i.place.m) demand(std::isfinite(v));
+    demand(i.shape < scene.shapes.size() && i.place.reach(reach[i.shape]) <= 1e101);
+  }
   check_materials(scene);
 }
 

@@ -6,7 +6,7 @@ extern "C" int LLVMFuzzerTestOneInput(const char* data, std::size_t size) {
   check_reader(
       [](const Input& input, Report& report) {
         try {
-          return read_gltf(input, report, 1 << 16);
+          return read_gltf(input, {.most_triangles = 1 << 16, .most_instances = 1 << 12}, report);
         } catch (const Error& e) {
           if (e.code != Code::kFile) throw;
           throw Error(Code::kBadInput, e.where, e.message);  // a buffer's file that is not there

@@ -23,6 +23,15 @@ extern "C" int LLVMFuzzerTestOneInput(const char* data, std::size_t size) {
       scene.shapes = {scene.mesh};
       scene.instances = {{0, Affine()}, {0, Affine::scale(2)}};
     }
+    if (input.path.find("hair") != std::string::npos) {  // many points, so that the limit of copies comes before the memory of placements
+      if (input.path.find("alone") != std::string::npos) scene.mesh = {};
+      for (int i = 0; i < 40; ++i) {
+        scene.fibres.points.push_back(V3d(0, 0, i));
+        scene.fibres.radii.push_back(i % 2);
+      }
+      scene.fibres.first.push_back(40);
+      scene.fibres.materials = {0};
+    }
     return scene;
   };
   Report report;
@@ -31,16 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const char* data, std::size_t size) {
     (void)is_scene_file(input.bytes);
     for (const SceneTexel& texel : list_texels(input)) {
       Scene scene = read_scene_file(input, texel.name, files, report);
-      demand(!scene.mesh.triangles.empty() || !scene.instances.empty());
-      for (const Instance& instance : scene.instances) {
-        demand(instance.shape < scene.shapes.size());
-        for (const Mesh& shape : scene.shapes) demand(instance.place.reach(mesh_reach(shape)) <= 1e101);
-      }
-      if (!scene.mesh.triangles.empty()) check_scene(scene);
-      for (Mesh& shape : scene.shapes) {
-        scene.mesh = std::move(shape);
-        check_scene(scene);
-      }
+      check_scene(scene);
     }
   } catch (const Error& e) {
     demand((e.code == Code::kBadInput || e.code == Code::kUnsupported || e.code == Code::kFile) && !e.where.empty() && !e.message.empty());
