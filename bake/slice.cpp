@@ -65,6 +65,15 @@ void add_crossings(const Bundle& bundle, std::span<const Crossing> list, int win
 
 }  // namespace
 
+int first_slice_of(int voxel, int count, int voxels) {
+  if (count == voxels) return voxel;
+  const auto middle = [&](int k) { return static_cast<int>((k + 0.5) * voxels / count); };
+  int k = static_cast<int>(std::int64_t{voxel} * count / voxels);
+  while (k < count && middle(k) < voxel) ++k;
+  while (k > 0 && middle(k - 1) >= voxel) --k;
+  return k;
+}
+
 void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& place, const SliceShader& shade, SliceScratch& scratch, SliceBand& out) {
   const RayPattern& pattern = bundle.pattern;
   const int column = place.column, row = place.row, count = place.count;
@@ -97,10 +106,11 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
   });
   if (!any && (place.cells.empty() || count != bundle.nw)) return;
   for (const Cell& cell : place.cells) {
-    const int k = count == bundle.nw ? cell.k : static_cast<int>((cell.k + 0.5) * count / bundle.nw);
-    if (k < place.first || k >= place.last) continue;
-    touch(k);
-    scratch.voxel[static_cast<std::size_t>(k)] = cell.index;
+    const int end = first_slice_of(cell.k + 1, count, bundle.nw);
+    for (int k = first_slice_of(cell.k, count, bundle.nw); k < end; ++k) {
+      touch(k);
+      scratch.voxel[static_cast<std::size_t>(k)] = cell.index;
+    }
   }
   std::sort(scratch.touched.begin(), scratch.touched.end());
 

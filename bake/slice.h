@@ -53,6 +53,9 @@ struct SliceRecords {
   static constexpr int kRunGroup = 8;
 };
 
+// The first of `count` slices, of a stack of `voxels`, whose middle lies in this voxel or beyond.
+[[nodiscard]] int first_slice_of(int voxel, int count, int voxels);
+
 // Sub-rays of one pixel column -> its records. `scratch` holds per-slice sums between calls.
 struct SliceScratch {
   struct Sum { double alpha = 0, weight = 0; V3d color{0, 0, 0}; };

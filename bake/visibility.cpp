@@ -361,19 +361,11 @@ struct Tracer {
     if (carried) (*carried)[column] = inside;
   }
 
-  // The first of `count` slices whose middle lies in voxel k or beyond.
-  [[nodiscard]] int first_slice_of(int k, int count) const {
-    int slice = static_cast<int>(std::int64_t{k} * count / bundle.nw);
-    while (slice < count && static_cast<int>((slice + 0.5) * bundle.nw / count) < k) ++slice;
-    while (slice > 0 && static_cast<int>((slice - 0.5) * bundle.nw / count) >= k) --slice;
-    return slice;
-  }
-
   // `runs` collects the inside runs, on one axis only.
   void band(Worker& w, int index, SliceBand* slices, std::vector<InsideRun>* runs) const {
     trace_band(bundle, index, w.band, w.trace);
     const auto axis = static_cast<std::size_t>(bundle.axis);
-    const int count = options.slice_counts[axis], first_slice = first_slice_of(low, count), last_slice = first_slice_of(high, count);
+    const int count = options.slice_counts[axis], first_slice = first_slice_of(low, count, bundle.nw), last_slice = first_slice_of(high, count, bundle.nw);
     for (int level = options.first_level; level < levels; ++level) {
       const int c0 = w.band.v0 >> level, c1 = (w.band.v1 - 1) >> level, cu1 = (bundle.nu - 1) >> level;
       for (int cv = c0; cv <= c1; ++cv)

@@ -70,6 +70,9 @@ int command_bake(const Settings& settings) {
   };
   try {
     bake_pack(settings, report, outcome);
+    // Not in the pack: it depends on the machine.
+    if (const auto cap = static_cast<double>(settings.recipe.memory); cap > 0 && peak_bytes() > cap)
+      report.issue("memory-over", "the bake took " + bytes_text(peak_bytes()) + ", more than --memory: mesh, textures and finished grids are not bounded by it; lower the resolution or want less");
   } catch (const Error& error) {
     // The first error is the one to tell: a report that cannot be written either must not hide it.
     try {

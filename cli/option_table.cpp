@@ -702,7 +702,7 @@ std::vector<OptionRow> option_table() {
       integer({.name = "jobs", .letter = 'j', .metavar = "N", .group = kRunning, .commands = kBatch,
                .help = "items at once, which share the threads; auto: as many as threads, at most 4"},
               [](auto& s) -> auto& { return s.jobs; }, 1, 256, "auto", 0),
-      memory({.name = "memory", .metavar = "SIZE", .group = kRunning, .commands = kBakes, .help = "cap of the memory used; not in this version", .shown_default = "none"}),
+      memory({.name = "memory", .metavar = "SIZE", .group = kRunning, .commands = kBakes, .help = "the bake is cut into slabs to keep within it; mesh, textures and finished grids are not bounded, and the pack is the same", .shown_default = "3G"}),
       choice({.name = "progress", .metavar = "WHEN", .group = kRunning, .commands = kBakes | kView,
               .help = "a bar on stderr; auto: on a terminal, after two seconds"},
              [](auto& s) -> auto& { return s.progress; }, progress),

@@ -47,12 +47,6 @@ void finish(std::FILE* file, bool good, const std::string& where) {
               std::string("cannot be written (") + std::strerror(cause) + ")");
 }
 
-double peak_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) * 1024;
-}
-
 // Figures travel as doubles; most of them count things.
 bool is_count(double value) { return value == std::floor(value) && std::abs(value) < 0x1p53; }
 
@@ -63,6 +57,12 @@ std::string format(const char* pattern, double value) {
 }
 
 }  // namespace
+
+double peak_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) * 1024;
+}
 
 void print_error(const std::string& text) { print_labelled("error: ", "\033[1;31m", text); }
 void print_talk(const std::string& line) { print_labelled("", "", line); }

@@ -31,6 +31,7 @@ void write_text_file(const std::string& path, const std::string& text);
 
 [[nodiscard]] std::string grouped(std::int64_t number);  // 1 234 567
 [[nodiscard]] std::string seconds_text(double seconds);  // 0.25 s, 12.3 s, 4 min 05 s
+[[nodiscard]] double peak_bytes();                      // most memory the process has held so far
 [[nodiscard]] std::string bytes_text(double bytes);      // 1.2 MiB
 
 // The bar on stderr; takes it away when destroyed. `update` may be called from several threads at once.

@@ -125,7 +125,8 @@ std::unique_ptr<Prepared> prepare(const std::string& path, int resolution) {
   for (int longest = std::max({p->plan.grid.n.x, p->plan.grid.n.y, p->plan.grid.n.z}); longest > 1; longest = (longest + 1) / 2) ++levels;
   while (static_cast<int>(p->surfaces.size()) < levels) p->surfaces.push_back(coarser(p->surfaces.back()));
   p->options.slice_counts = {p->plan.grid.n.x, p->plan.grid.n.y, p->plan.grid.n.z};
-  p->seen = see_voxels(p->scene, p->plan, *p->textures, p->surfaces, p->recipe, p->options, plain_shader(*p), p->report);
+  SlabSums sums;
+  p->seen = see_voxels(p->scene, p->plan, *p->textures, p->surfaces, p->recipe, p->options, plain_shader(*p), sums, p->report);
   p->pack = bake(p->scene, p->recipe, p->report);
   return p;
 }
@@ -187,7 +188,8 @@ double alpha_rms(Prepared& p, const VisibilityResult& seen) {
     options.slice_axes = {false, false, false};
     options.recompute = false;
     Report report;
-    p.truth = see_voxels(p.scene, p.plan, *p.textures, std::span(p.surfaces).first(1), recipe, options, plain_shader(p), report);
+    SlabSums sums;
+    p.truth = see_voxels(p.scene, p.plan, *p.textures, std::span(p.surfaces).first(1), recipe, options, plain_shader(p), sums, report);
   }
   double square = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -254,33 +256,38 @@ void bench_rays(benchmark::State& state, Prepared& p, Trace what) {
   const SliceShader shader = plain_shader(p);
   double crossings = 0;
   VisibilityResult seen;
+  SlabSums sums;
   for (auto _ : state) {
     Report report;
     crossings = 0;
-    seen = see_voxels(p.scene, p.plan, *p.textures, p.surfaces, p.recipe, options, shader, report);
+    sums = {};
+    seen = see_voxels(p.scene, p.plan, *p.textures, p.surfaces, p.recipe, options, shader, sums, report);
+    if (slices) benchmark::DoNotOptimize(gather_stacks(p.plan.grid, options, sums));
     for (std::size_t l = 1; what == Trace::kFilter && l < p.surfaces.size(); ++l)
       filter_visibility(p.surfaces[l - 1], seen.levels[l - 1], p.surfaces[l], static_cast<int>(l), p.plan.grid.level(static_cast<int>(l)).n, true, seen.levels[l]);
-    for (const auto& [name, value] : report.counts)
-      if (name.starts_with("crossings")) crossings += value;
+    for (const std::int64_t met : sums.met) crossings += static_cast<double>(std::max(met, std::int64_t{0}));
   }
   rate(state, "crossings/s", crossings);
   voxel_rate(state, p);
   if (what == Trace::kSlices) return;
   state.counters["alpha_rms"] = alpha_rms(p, seen);
-  if (p.plan.statistics.volume > 0) state.counters["volume_relative"] = seen.volume * std::pow(p.plan.grid.h, 3) / p.plan.statistics.volume - 1;
+  if (p.plan.statistics.volume > 0) state.counters["volume_relative"] = (sums.volume + static_cast<double>(sums.inside_count)) * std::pow(p.plan.grid.h, 3) / p.plan.statistics.volume - 1;
 }
 
 void bench_spread(benchmark::State& state, const Prepared& p) {
   for (auto _ : state)
-    for (std::size_t l = 0; l < p.surfaces.size(); ++l) benchmark::DoNotOptimize(spread_colors(p.surfaces[l], p.seen.levels[l], p.plan.grid.level(static_cast<int>(l)), {}));
+    for (std::size_t l = 0; l < p.surfaces.size(); ++l) benchmark::DoNotOptimize(spread_colors(border_colors(p.surfaces[l]), p.seen.levels[l].inside, p.seen.levels[l].inside_blocks, p.plan.grid.level(static_cast<int>(l)), {}));
   voxel_rate(state, p);
 }
 
 // Level 0; the error is that of storing halves.
 void bench_level(benchmark::State& state, const Prepared& p) {
-  const ColorField color = spread_colors(p.surfaces[0], p.seen.levels[0], p.plan.grid, {});
   Level level;
-  for (auto _ : state) level = make_level(p.surfaces[0], p.seen.levels[0], color, p.plan.grid, 0, p.recipe, {});
+  for (auto _ : state) {
+    std::vector<LevelPart> parts(1);
+    parts[0] = make_part(p.surfaces[0], p.seen.levels[0], p.plan.grid, 0, p.recipe, {});
+    level = join_parts(parts, p.plan.grid, p.recipe);
+  }
   double area = 0;
   if (const Channel* channel = level.find("area"))
     for (const float v : channel->values) area += static_cast<double>(v);
