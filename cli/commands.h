@@ -12,6 +12,7 @@ namespace texel {
 [[nodiscard]] int command_info(const Settings& settings);
 [[nodiscard]] int command_check(const Settings& settings);
 [[nodiscard]] int command_view(const Settings& settings);
+[[nodiscard]] int command_compare(const Settings& settings);
 
 // The one input of a command that takes one. Throws Error{kCommandLine}.
 [[nodiscard]] const std::string& only_input(const Settings& settings, const char* what);

@@ -30,6 +30,7 @@ int run(Command command, const std::vector<std::string>& arguments) {
     case kInfo: return command_info(settings);
     case kCheck: return command_check(settings);
     case kView: return command_view(settings);
+    case kCompare: return command_compare(settings);
   }
   return 0;
 }
@@ -40,6 +41,7 @@ std::optional<Command> command_of(const std::string& word) {
   if (word == "info") return kInfo;
   if (word == "check") return kCheck;
   if (word == "view") return kView;
+  if (word == "compare") return kCompare;
   return std::nullopt;
 }
 
@@ -55,9 +57,9 @@ int dispatch(const std::vector<std::string>& arguments) {
   if (word == "--version" || word == "-V") print_product(version_text());
   else if (word == "--help" || word == "-h" || word == "help") print_product(program_help());
   else if (word == "--dump-docs") print_product(cli_document());
-  else if (word == "compare" || word == "convert" || word == "bench")
+  else if (word == "convert" || word == "bench")
     throw Error(Code::kUnsupported, word, "not supported in this version");
-  else throw Error(Code::kCommandLine, word, "unknown command", "commands are bake, batch, info, check and view; see `texel --help`");
+  else throw Error(Code::kCommandLine, word, "unknown command", "commands are bake, batch, info, check, compare and view; see `texel --help`");
   return 0;
 }
 

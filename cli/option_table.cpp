@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "bake/compare.h"
 #include "formats/noise.h"
 
 namespace texel {
@@ -22,8 +23,9 @@ constexpr const char* kAccuracy = "Accuracy";
 constexpr const char* kRunning = "Running";
 constexpr const char* kCamera = "Camera";
 constexpr const char* kPicture = "Picture";
+constexpr const char* kMeasuring = "Measuring";
 
-constexpr unsigned kAll = kBake | kInfo | kCheck | kView | kBatch;
+constexpr unsigned kAll = kBake | kInfo | kCheck | kView | kBatch | kCompare;
 constexpr unsigned kBakes = kBake | kBatch;
 constexpr int kMostVoxels = 4096;
 
@@ -382,6 +384,24 @@ OptionRow picture_size(OptionRow row) {
   return row;
 }
 
+OptionRow allow(OptionRow row) {
+  row.repeatable = true;
+  row.accepts = "one of the measures of docs/compare.md and a number";
+  row.set = [](Settings& s, const std::string& value) {
+    const std::size_t at = value.find('=');
+    double v = 0;
+    if (at == std::string::npos || !find_measure(value.substr(0, at)) || !read_number(value.substr(at + 1), &v) || v < 0) return false;
+    s.compare.allowed.emplace_back(value.substr(0, at), v);
+    return true;
+  };
+  row.get = [](const Settings& s) {
+    std::string value;
+    for (const auto& [name, v] : s.compare.allowed) value += (value.empty() ? "" : " ") + name + "=" + number_text(v);
+    return value;
+  };
+  return row;
+}
+
 OptionRow background(OptionRow row) {
   row.accepts = "three linear values 0..1";
   row.set = [](Settings& s, const std::string& value) {
@@ -467,7 +487,7 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.force; }),
       toggle({.name = "plan", .group = kFiles, .commands = kBake, .help = "say what would be done, and stop"},
              [](auto& s) -> auto& { return s.plan; }),
-      toggle({.name = "json", .group = kFiles, .commands = kInfo | kCheck, .help = "print JSON"},
+      toggle({.name = "json", .group = kFiles, .commands = kInfo | kCheck | kCompare, .help = "print JSON"},
              [](auto& s) -> auto& { return s.json; }),
 
       text({.name = "texel", .metavar = "NAME", .group = kFiles, .commands = kBake | kView,
@@ -663,6 +683,28 @@ std::vector<OptionRow> option_table() {
               .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.write.full_float; }),
 
+      // Compare
+      allow({.name = "allow", .metavar = "MEASURE=VALUE", .group = kMeasuring, .commands = kCompare,
+             .help = "exit status 7 if a figure of this measure is larger, at any level and axis (of psnr and ssim: smaller); may be repeated", .shown_default = "anything"}),
+      integer({.name = "level", .metavar = "N|all", .group = kMeasuring, .commands = kCompare, .help = "this level only"},
+              [](auto& s) -> auto& { return s.view.level; }, 0, 12, "all", -1),
+      integer({.name = "voxels", .metavar = "N|all", .group = kMeasuring, .commands = kCompare, .help = "voxels of each level held against the geometry"},
+              [](auto& s) -> auto& { return s.compare.voxels; }, 1, 65536, "all", std::numeric_limits<int>::max()),
+      integer({.name = "columns", .metavar = "N", .group = kMeasuring, .commands = kCompare, .help = "columns of each level and axis, and beams in random directions"},
+              [](auto& s) -> auto& { return s.compare.columns; }, 1, 65536),
+      integer({.name = "seed", .metavar = "N", .group = kMeasuring, .commands = kCompare, .help = "another sample of the same size"},
+              [](auto& s) -> auto& { return s.compare.seed; }, 0, std::numeric_limits<int>::max()),
+      toggle({.name = "truth", .group = kPicture, .commands = kCompare, .help = "pictures of the pack against pictures of its geometry, too"},
+             [](auto& s) -> auto& { return s.view.truth; }),
+      integer({.name = "views", .metavar = "N", .group = kPicture, .commands = kCompare, .help = "cameras all around"},
+              [](auto& s) -> auto& { return s.compare.views; }, 1, 10000),
+      integer({.name = "recede", .metavar = "D", .group = kPicture, .commands = kCompare, .help = "times one camera doubles its distance; 0: not at all"},
+              [](auto& s) -> auto& { return s.compare.doublings; }, 0, 30),
+      [] {
+        OptionRow row = picture_size({.name = "size", .metavar = "WxH", .group = kPicture, .commands = kCompare, .help = "pixels of the pictures", .shown_default = "256x256"});
+        return row;
+      }(),
+
       // View
       choice({.name = "up", .metavar = "AXIS", .group = kCamera, .commands = kBakes | kView,
               .help = "axis that points up in pictures; auto: y for .obj, .ply and .off, else z", .in_recipe = true},
@@ -688,25 +730,27 @@ std::vector<OptionRow> option_table() {
       choice({.name = "axis", .metavar = "AXIS", .group = kPicture, .commands = kView, .help = "slices of this axis; auto: by the camera"},
              [](auto& s) -> auto& { return s.view.axis; },
              std::vector<std::pair<const char*, int>>{{"auto", -1}, {"x", 0}, {"y", 1}, {"z", 2}}),
-      light({.name = "light", .metavar = "SPEC", .group = kPicture, .commands = kView,
+      light({.name = "light", .metavar = "SPEC", .group = kPicture, .commands = kView | kCompare,
              .help = "light to view with; may be repeated", .shown_default = "a sun over the left shoulder and ambient light"}),
-      toggle({.name = "no-shadows", .group = kPicture, .commands = kView, .help = "lights cast no shadows"},
+      toggle({.name = "no-shadows", .group = kPicture, .commands = kView | kCompare, .help = "lights cast no shadows"},
              [](auto& s) -> auto& { return s.view.no_shadows; }),
       background({.name = "background", .metavar = "R,G,B", .group = kPicture, .commands = kView, .help = "plain background",
                   .shown_default = "none: the picture has alpha"}),
 
       // Running
-      integer({.name = "threads", .metavar = "N", .group = kRunning, .commands = kBakes | kView,
+      integer({.name = "threads", .metavar = "N", .group = kRunning, .commands = kBakes | kView | kCompare,
                .help = "the product has the same bytes for every N"},
               [](auto& s) -> auto& { return s.recipe.threads; }, 1, 1024, "all", 0),
       integer({.name = "jobs", .letter = 'j', .metavar = "N", .group = kRunning, .commands = kBatch,
                .help = "items at once, which share the threads; auto: as many as threads, at most 4"},
               [](auto& s) -> auto& { return s.jobs; }, 1, 256, "auto", 0),
       memory({.name = "memory", .metavar = "SIZE", .group = kRunning, .commands = kBakes, .help = "cap of the memory used; not in this version", .shown_default = "none"}),
-      choice({.name = "progress", .metavar = "WHEN", .group = kRunning, .commands = kBakes | kView,
+      choice({.name = "progress", .metavar = "WHEN", .group = kRunning, .commands = kBakes | kView | kCompare,
               .help = "a bar on stderr; auto: on a terminal, after two seconds"},
              [](auto& s) -> auto& { return s.progress; }, progress),
       toggle({.name = "verbose", .letter = 'v', .group = kRunning, .commands = kBakes | kView, .help = "times and counts of each stage"},
+             [](auto& s) -> auto& { return s.verbose; }),
+      toggle({.name = "verbose", .letter = 'v', .group = kRunning, .commands = kCompare, .help = "every figure with its interval, unit and norm"},
              [](auto& s) -> auto& { return s.verbose; }),
       toggle({.name = "verbose", .letter = 'v', .group = kFiles, .commands = kInfo, .help = "how each error figure was found, too"},
              [](auto& s) -> auto& { return s.verbose; }),

@@ -16,6 +16,7 @@ const char* command_name(Command command) {
     case kCheck: return "check";
     case kView: return "view";
     case kBatch: return "batch";
+    case kCompare: return "compare";
   }
   return "";
 }
