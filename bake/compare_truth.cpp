@@ -126,7 +126,7 @@ void compare_level(const Work& work, int number, const Surface& surface) {
     rows.push_back(at_level(exactly("volume_relative", sum_of(f.solid, level.grid.n) / volume - 1, of), number));
 
   const std::vector<V3d> directions = half_sphere(kDirections);
-  TruthOptions what{.rays = f.alpha.present() || work.baked.normals == Normals::kVisible ? 64 : 0, .directions = directions, .bins = {}, .color = f.color.present(), .seed = work.options.seed};
+  TruthOptions what{.rays = f.alpha.present() || work.baked.normals == Normals::kVisible ? 64 : 0, .directions = directions, .bins = false, .color = f.color.present(), .seed = work.options.seed};
   const std::vector<V3i> chosen = sample_voxels(std::move(all), work.options.voxels, work.options.seed);
   const std::vector<VoxelTruth> voxels = true_voxels(work.truth, number, chosen, what, work.report);
   if (voxels.empty()) return;

@@ -11,6 +11,7 @@
 #include "bake/crossings.h"
 #include "bake/fibre_tubes.h"
 #include "bake/height_mesh.h"
+#include "bake/ndf_fits.h"
 #include "bake/polygonize.h"
 #include "bake/repeat.h"
 #include "bake/repeat_functions.h"
@@ -82,17 +83,7 @@ struct Truth {
   }
   void add_normal(const V3d& n, double area, VoxelTruth& to) const {
     for (std::size_t i = 0; i < options.directions.size(); ++i) to.sigma[i] += area * std::abs(n.dot(options.directions[i]));
-    if (!options.bins.empty()) to.bins[bin_of(n)] += area;
-  }
-  [[nodiscard]] std::size_t bin_of(const V3d& n) const {
-    std::size_t best = 0;
-    double most = -1;
-    for (std::size_t i = 0; i < options.bins.size(); ++i)
-      if (const double c = std::abs(n.dot(options.bins[i])); c > most) {
-        most = c;
-        best = i;
-      }
-    return best;
+    if (options.bins) to.bins[static_cast<std::size_t>(normal_bin(n))] += area;
   }
   void add_face(const Face& face, const Voxel& voxel, VoxelTruth& to, V3d& color) const;
   void add_fibre_part(const FibreSegment& fibre, double s0, double s1, VoxelTruth& to, V3d& color) const;
@@ -312,7 +303,7 @@ void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> f
       if (seen > 0 && sum > 0) {
         const double area = seen / (sum * static_cast<double>(rays));
         to.visible.add(m.normal, area, m.one_sided);
-        if (!options.bins.empty()) to.visible_bins[bin_of(m.normal)] += area;
+        if (options.bins) to.visible_bins[static_cast<std::size_t>(normal_bin(m.normal))] += area;
       }
       winding -= m.winding;
       back = winding != 0 ? 0 : back * (1 - cover);
@@ -515,8 +506,8 @@ std::vector<VoxelTruth> true_voxels(const TruthScene& truth, int level, std::spa
     VoxelTruth& to = all[i];
     to.at = cells[i];
     to.sigma.assign(options.directions.size(), 0.0);
-    to.bins.assign(options.bins.size(), 0.0);
-    to.visible_bins.assign(options.bins.size(), 0.0);
+    to.bins.assign(options.bins ? kNormalBins : 0, 0.0);
+    to.visible_bins.assign(options.bins ? kNormalBins : 0, 0.0);
     V3d color(0, 0, 0);
     for (const std::uint64_t id : lists.faces[i][2]) make.add_face(make.face_of(id), voxels[i], to, color);
     for (const Lists::Part& p : lists.parts[i]) make.add_fibre_part(truth.plan.fibres[p.fibre], p.s0, p.s1, to, color);

@@ -30,7 +30,7 @@ struct TruthScene {
 struct TruthOptions {
   int rays = 64;               // a voxel edge and axis; 0: none are traced, alpha, solid and visible stay 0
   std::span<const V3d> directions;   // in which projected areas are wanted
-  std::span<const V3d> bins;   // normals are counted with the nearest of these, sign left out
+  bool bins = false;           // whether normals are counted (ndf_fits.h)
   bool color = true;
   std::uint32_t seed = 0;
 };
@@ -45,7 +45,7 @@ struct VoxelTruth {
   double solid = 0;            // by the chords along z
   Moments visible;             // of the surface seen from outside the voxel along the three axes, as --normals visible
   std::vector<double> sigma;   // Σ A|n·ω|, per direction
-  std::vector<double> bins, visible_bins;  // area per bin
+  std::vector<double> bins, visible_bins;  // area per bin, where asked for
 };
 
 // In the order of `voxels` (cells of `level`). Thin fibres have their area where their axis is, as in the bake, and hide what they really hide.

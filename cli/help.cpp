@@ -15,7 +15,7 @@ struct CommandText {
   const char* examples;
 };
 
-constexpr std::array<CommandText, 6> kCommands = {{
+constexpr std::array<CommandText, 7> kCommands = {{
     {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene (several inputs: one scene)",
      "INPUT is an .obj (with its .mtl and textures), .gltf, .glb, .ply, .stl or .off file, a plant (.opf, .gwa, .ops, .lig), hair (.hair, .xml), or a picture of heights; --implicit and --perlin-field stand for one.\n"
      "A scene file (.json, docs/scenes.md) places inputs, once or a million times; of several texels in it --texel chooses one.\n"
@@ -51,6 +51,12 @@ constexpr std::array<CommandText, 6> kCommands = {{
      "  texel compare tree.texel moved/tree.obj --truth          the same, from another place, in pictures too\n"
      "  texel compare new.texel old.texel --allow alpha_rms=0.001 --allow color_max=0\n"
      "                                                           as a test: is it still the same\n"},
+    {kBench, "bench", "texel bench INPUT... -o FOLDER [options]", "run time against error on your own data",
+     "Sweeps the bake's methods over samples and resolutions: exact clipping, bundles of rays, random rays a voxel (Ratib 1997) as the baseline, filtered and recomputed\n"
+     "levels, SGGX and the ellipsoids of Neyret and Ratib. Each run is a process of its own. A table on stdout; bench.json and plots of error against seconds (SVG, with\n"
+     "the front marked and the default ringed) in FOLDER. What is measured and how: docs/bench.md.\n",
+     "  texel bench tree.obj -o bench                            three resolutions, all methods\n"
+     "  texel bench tree.obj -o bench -r 64 --samples 2,4,8 --rays 64,1024 --repeat 1\n"},
     {kView, "view", "texel view PACK|INPUT -o IMAGE [options]", "a picture of a pack or of the true geometry",
      "The same camera and lights give pictures that can be laid side by side.\n",
      "  texel view tree.texel -o tree.png                        the volume by the reference renderer\n"

@@ -279,11 +279,11 @@ TEST(Truth, TiltedPlane) {
   Report report;
   const Grid grid{V3d(0, 0, 0), 1, V3i(4, 4, 4)};
   const auto truth = make_truth_scene(scene, recipe, grid, report);
-  const std::vector<V3d> directions = half_sphere(32), bins = half_sphere(64);
+  const std::vector<V3d> directions = half_sphere(32);
   double noise = 0, square = 0;
   for (int level = 0; level < 3; ++level) {
     const auto cells = all_cells(grid.level(level).n);
-    const auto voxels = true_voxels(*truth, level, cells, {.rays = 32, .directions = directions, .bins = bins, .color = true, .seed = 5}, report);
+    const auto voxels = true_voxels(*truth, level, cells, {.rays = 32, .directions = directions, .bins = true, .color = true, .seed = 5}, report);
     ASSERT_EQ(voxels.size(), cells.size());
     for (const VoxelTruth& t : voxels) {
       EXPECT_NEAR(t.moments.xx, t.area * n.x * n.x, 1e-12);
@@ -318,7 +318,7 @@ TEST(Truth, BallHasItsAreaAndVolume) {
   for (int level = 0; level < static_cast<int>(pack.levels.size()); ++level) {
     SCOPED_TRACE(level);
     const Grid g = pack.grid.level(level);
-    const auto voxels = true_voxels(*truth, level, all_cells(g.n), {.rays = 32, .directions = {}, .bins = {}, .color = true, .seed = 1}, report);
+    const auto voxels = true_voxels(*truth, level, all_cells(g.n), {.rays = 32, .directions = {}, .bins = false, .color = true, .seed = 1}, report);
     double area = 0, solid = 0, visible = 0, covered = 0;
     V3d m(0, 0, 0);
     for (const VoxelTruth& t : voxels) {
