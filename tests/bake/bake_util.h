@@ -225,6 +225,7 @@ struct Stages {
   Plan plan;
   std::vector<Surface> surfaces;
   VisibilityResult seen;
+  SlabSums sums;
 };
 inline std::unique_ptr<Stages> run_stages(Scene scene, const Recipe& recipe, bool rays = true, int levels = 64) {
   auto s = std::make_unique<Stages>();
@@ -241,7 +242,7 @@ inline std::unique_ptr<Stages> run_stages(Scene scene, const Recipe& recipe, boo
   VisibilityOptions options;
   options.recompute = recipe.level_mode == LevelMode::kRecompute;
   options.slice_axes = {false, false, false};
-  s->seen = see_voxels(s->scene, s->plan, *s->textures, s->surfaces, recipe, options, SliceShader{}, s->report);
+  s->seen = see_voxels(s->scene, s->plan, *s->textures, s->surfaces, recipe, options, SliceShader{}, s->sums, s->report);
   return s;
 }
 
