@@ -9,7 +9,7 @@
 namespace texel {
 namespace {
 
-constexpr double kWidth = 760, kHeight = 500, kLeft = 78, kRight = 196, kTop = 44, kBottom = 58;
+constexpr double kWidth = 800, kHeight = 500, kLeft = 78, kRight = 226, kTop = 44, kBottom = 58;
 constexpr std::array<const char*, 8> kColors{"#0b62a4", "#d1495b", "#2e8b57", "#b8860b", "#7b4ea3", "#444444", "#00868b", "#c2571a"};
 
 std::string number(double v) {
@@ -155,6 +155,7 @@ std::string plot_svg(const Plot& plot) {
     for (std::size_t i = 0; i < all.size(); ++i)
       if (on[i]) front.push_back(all[i]);
     std::sort(front.begin(), front.end(), [](const PlotPlace& a, const PlotPlace& b) { return a.x != b.x ? a.x < b.x : a.y > b.y; });
+    if (front.size() == 1) front.push_back(front.front());  // a dot: round ends without length
     std::string points;
     for (const PlotPlace& p : front) points += (points.empty() ? "" : " ") + number(x.at(p.x)) + "," + number(y.at(p.y));
     svg += "<polyline points=\"" + points + "\" fill=\"none\" stroke=\"#ffd54a\" stroke-width=\"9\" stroke-linejoin=\"round\" stroke-linecap=\"round\" opacity=\"0.6\"/>\n";
