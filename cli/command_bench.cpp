@@ -149,13 +149,13 @@ struct Sweep {
       // A small run's time is mostly not the rays'.
       const double expected = last > 0 ? before * std::pow(value / last, power) : 0;
       if (expected > settings.bench.time_limit && before > 0.05 * settings.bench.time_limit) {
-        findings.skipped.push_back({family + " " + std::to_string(value) + " at " + std::to_string(resolution) + " voxels", "would take about " + std::to_string(std::lround(expected)) + " s; --time-limit is " + number_text(settings.bench.time_limit)});
+        findings.skipped.push_back({family + " " + std::to_string(value) + " at " + std::to_string(resolution) + " voxels", "would take about " + std::to_string(std::lround(expected)) + " CPU s; --time-limit is " + number_text(settings.bench.time_limit)});
         ++done;
         continue;
       }
       run(family, value, value == the_default);
       if (!findings.runs.back().times.failure.empty()) break;
-      before = findings.runs.back().times.wall;
+      before = findings.runs.back().times.cpu;  // a paused process would count as a slow one
       last = value;
     }
   }

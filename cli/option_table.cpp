@@ -725,10 +725,7 @@ std::vector<OptionRow> option_table() {
               [](auto& s) -> auto& { return s.compare.views; }, 1, 10000),
       integer({.name = "recede", .metavar = "D", .group = kPicture, .commands = kCompare, .help = "times one camera doubles its distance; 0: not at all"},
               [](auto& s) -> auto& { return s.compare.doublings; }, 0, 30),
-      [] {
-        OptionRow row = picture_size({.name = "size", .metavar = "WxH", .group = kPicture, .commands = kCompare, .help = "pixels of the pictures", .shown_default = "256x256"});
-        return row;
-      }(),
+      picture_size({.name = "size", .metavar = "WxH", .group = kPicture, .commands = kCompare, .help = "pixels of the pictures", .shown_default = "256x256"}),
 
       // Bench
       integers({.name = "resolution", .letter = 'r', .metavar = "N[,N...]", .group = kMeasuring, .commands = kBench, .help = "voxels along the longest side, one sweep each"}, 1, 1024,
@@ -741,7 +738,7 @@ std::vector<OptionRow> option_table() {
               [](auto& s) -> auto& { return s.bench.voxels; }, 1, 65536),
       integer({.name = "repeat", .metavar = "N", .group = kMeasuring, .commands = kBench, .help = "times each run is done; the quickest counts"},
               [](auto& s) -> auto& { return s.bench.repeats; }, 1, 100),
-      number({.name = "time-limit", .metavar = "SECONDS", .group = kMeasuring, .commands = kBench, .help = "runs that would take longer, as those before them tell, are left out"},
+      number({.name = "time-limit", .metavar = "SECONDS", .group = kMeasuring, .commands = kBench, .help = "runs that would take more CPU time, as those before them tell, are left out"},
              [](auto& s) -> auto& { return s.bench.time_limit; }, {0, 1e6, true}),
 
       // View
