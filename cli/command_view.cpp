@@ -6,16 +6,14 @@
 #include <optional>
 
 #include "bake/fibre.h"
-#include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
-#include "bake/polygonize.h"
 #include "bake/view.h"
 #include "bake/view_zoom.h"
 #include "cli/commands.h"
 #include "cli/input_scene.h"
 #include "cli/interrupt.h"
+#include "cli/pack_sources.h"
 #include "cli/print.h"
-#include "cli/recipe_file.h"
 #include "formats/error.h"
 #include "formats/instances.h"
 #include "formats/read_pack.h"
@@ -44,46 +42,6 @@ Box3d bounds(const Scene& scene) {
   Box3d box = surface_bounds(scene);
   box.extendBy(fibre_bounds(scene.fibres));
   return box;
-}
-
-// What the pack's recipe says; a pack may also come from elsewhere and have none that can be read.
-Recipe recorded_recipe(const std::string& pack) {
-  Settings baked;
-  baked.inputs = {pack};
-  try {
-    read_recipe_file(pack, baked);
-  } catch (const Error&) {
-    return {};
-  }
-  return baked.recipe;
-}
-
-// What the pack named first was made from: its recipe's options, and the meshes named after it or else its own.
-Settings sources_of(const Settings& settings) {
-  const std::string& pack = settings.inputs.front();
-  Settings baked;
-  baked.inputs.assign(settings.inputs.begin() + 1, settings.inputs.end());
-  const bool named = !baked.inputs.empty();
-  try {
-    read_recipe_file(pack, baked);
-  } catch (const Error&) {
-    if (!named) baked.inputs = manifest_meshes((fs::path(pack) / "manifest.json").string());
-  }
-  return baked;
-}
-
-Scene meshed(Scene scene, const Recipe& recipe, Report& report) {
-  return polygonize(mesh_heights(std::move(scene), recipe, report), recipe, report);
-}
-
-// A truth that is not the pack's own would be a misleading comparison.
-void warn_of_other_sources(const Pack& pack, const Scene& scene, Report& report) {
-  for (const SourceFile& read : scene.sources) {
-    const std::string sum = file_sha256(read.path);
-    const auto same = [&](const SourceFile& kept) { return kept.sha256 == sum; };
-    if (std::none_of(pack.sources.begin(), pack.sources.end(), same))
-      report.issue("source-differs", "the file is not the one the pack was baked from (another sha256)", 1, read.path);
-  }
 }
 
 // What has no meaning in a mode is refused where it would change the picture asked for; light may stay, for the three modes side by side.
@@ -122,11 +80,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
   const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded.up;
   aim(pack.grid.box(), up_axis(up, pack.sources));
   if (mode == "truth") {
-    const Settings baked = sources_of(settings);
-    if (baked.inputs.empty() && !makes_scene(baked)) throw Error(Code::kBadInput, input, "names no source mesh", "name the mesh as a further argument");
-    Scene scene = input_scene(baked, report);
-    warn_of_other_sources(pack, scene, report);
-    scene = meshed(std::move(scene), recorded, report);
+    const Scene scene = meshed(source_scene(settings, pack.sources, report), recorded, report);
     options.two_sided = recorded.two_sided;
     options.cyclic = pack.cyclic;
     options.grid = pack.grid;

@@ -15,7 +15,7 @@ struct CommandText {
   const char* examples;
 };
 
-constexpr std::array<CommandText, 5> kCommands = {{
+constexpr std::array<CommandText, 7> kCommands = {{
     {kBake, "bake", "texel bake INPUT... -o PACK [options]", "one pack from one scene (several inputs: one scene)",
      "INPUT is an .obj (with its .mtl and textures), .gltf, .glb, .ply, .stl or .off file, a plant (.opf, .gwa, .ops, .lig), hair (.hair, .xml), or a picture of heights; --implicit and --perlin-field stand for one.\n"
      "A scene file (.json, docs/scenes.md) places inputs, once or a million times; of several texels in it --texel chooses one.\n"
@@ -43,6 +43,20 @@ constexpr std::array<CommandText, 5> kCommands = {{
     {kCheck, "check", "texel check PACK [--json]", "is a pack whole and self-consistent",
      "Files, sizes and hashes, grids and their values, and that levels agree. Exit status 7 if something was found.\n",
      "  texel check tree.texel && echo whole\n"},
+    {kCompare, "compare", "texel compare PACK [PACK|INPUT...] [options]", "how far a pack is from another, or from its geometry",
+     "Two packs have to have the same grid. Alone, or with INPUT, a pack is held against the geometry it was baked from: exact clipping, 64 x 64 rays a voxel and axis,\n"
+     "light through whole columns; with --truth in pictures, too. The measures and their norms: docs/compare.md. What is sampled has an interval of 95 %.\n"
+     "Exit status 7 if a figure is beyond what --allow gives.\n",
+     "  texel compare tree.texel                                 against the meshes it was made from\n"
+     "  texel compare tree.texel moved/tree.obj --truth          the same, from another place, in pictures too\n"
+     "  texel compare new.texel old.texel --allow alpha_rms=0.001 --allow color_max=0\n"
+     "                                                           as a test: is it still the same\n"},
+    {kBench, "bench", "texel bench INPUT... -o FOLDER [options]", "run time against error on your own data",
+     "Sweeps the bake's methods over samples and resolutions: exact clipping, bundles of rays, random rays a voxel (Ratib 1997) as the baseline, filtered and recomputed\n"
+     "levels, SGGX and the ellipsoids of Neyret and Ratib. Each run is a process of its own. A table on stdout; bench.json and plots of error against seconds (SVG, with\n"
+     "the front marked and the default ringed) in FOLDER. What is measured and how: docs/bench.md.\n",
+     "  texel bench tree.obj -o bench                            three resolutions, all methods\n"
+     "  texel bench tree.obj -o bench -r 64 --samples 2,4,8 --rays 64,1024 --repeat 1\n"},
     {kView, "view", "texel view PACK|INPUT -o IMAGE [options]", "a picture of a pack or of the true geometry",
      "The same camera and lights give pictures that can be laid side by side.\n",
      "  texel view tree.texel -o tree.png                        the volume by the reference renderer\n"
@@ -53,7 +67,7 @@ constexpr std::array<CommandText, 5> kCommands = {{
 
 constexpr const char* kStatus =
     "Exit status: 0 good, 1 wrong command line or recipe, 2 a file can't be read or written, 3 bad input,\n"
-    "4 failed while running (memory, disk full, interrupted), 5 not supported, 6 items of a batch failed, 7 check found something.\n";
+    "4 failed while running (memory, disk full, interrupted), 5 not supported, 6 items of a batch failed, 7 check found something, compare more than allowed.\n";
 
 const CommandText& text_of(Command command) {
   for (const CommandText& text : kCommands)
@@ -129,6 +143,7 @@ std::string basics_text() {
          "  texel batch models -o packs                many packs\n"
          "  texel info tree.texel                      what is in it\n"
          "  texel check tree.texel                     is it whole\n"
+         "  texel compare tree.texel                   how far it is from its meshes\n"
          "More: texel --help, texel bake --help\n";
 }
 

@@ -23,13 +23,15 @@ int run(Command command, const std::vector<std::string>& arguments) {
     return 0;
   }
   catch_interrupts();
-  if (command == kBake || command == kView) settings = with_scene_recipes(command, std::move(settings));
+  if (command == kBake || command == kView || command == kBench) settings = with_scene_recipes(command, std::move(settings));
   switch (command) {
     case kBake: return command_bake(settings);
     case kBatch: return command_batch(settings);
     case kInfo: return command_info(settings);
     case kCheck: return command_check(settings);
     case kView: return command_view(settings);
+    case kCompare: return command_compare(settings);
+    case kBench: return command_bench(settings);
   }
   return 0;
 }
@@ -40,6 +42,8 @@ std::optional<Command> command_of(const std::string& word) {
   if (word == "info") return kInfo;
   if (word == "check") return kCheck;
   if (word == "view") return kView;
+  if (word == "compare") return kCompare;
+  if (word == "bench") return kBench;
   return std::nullopt;
 }
 
@@ -55,9 +59,10 @@ int dispatch(const std::vector<std::string>& arguments) {
   if (word == "--version" || word == "-V") print_product(version_text());
   else if (word == "--help" || word == "-h" || word == "help") print_product(program_help());
   else if (word == "--dump-docs") print_product(cli_document());
-  else if (word == "compare" || word == "convert" || word == "bench")
+  else if (word == "bench-run") return command_bench_run(rest);
+  else if (word == "convert")
     throw Error(Code::kUnsupported, word, "not supported in this version");
-  else throw Error(Code::kCommandLine, word, "unknown command", "commands are bake, batch, info, check and view; see `texel --help`");
+  else throw Error(Code::kCommandLine, word, "unknown command", "commands are bake, batch, bench, info, check, compare and view; see `texel --help`");
   return 0;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "bake/compare.h"
 #include "formats/noise.h"
 
 namespace texel {
@@ -22,8 +23,9 @@ constexpr const char* kAccuracy = "Accuracy";
 constexpr const char* kRunning = "Running";
 constexpr const char* kCamera = "Camera";
 constexpr const char* kPicture = "Picture";
+constexpr const char* kMeasuring = "Measuring";
 
-constexpr unsigned kAll = kBake | kInfo | kCheck | kView | kBatch;
+constexpr unsigned kAll = kBake | kInfo | kCheck | kView | kBatch | kCompare | kBench;
 constexpr unsigned kBakes = kBake | kBatch;
 constexpr int kMostVoxels = 4096;
 
@@ -382,6 +384,47 @@ OptionRow picture_size(OptionRow row) {
   return row;
 }
 
+template <class Ref>
+OptionRow integers(OptionRow row, int low, int high, Ref ref) {
+  row.accepts = range_text(low, high) + ", one or several, with commas";
+  row.set = [=](Settings& s, const std::string& value) {
+    std::vector<int> all;
+    for (const std::string& part : split(value, ',')) {
+      int number = 0;
+      if (!read_integer(part, low, high, &number)) return false;
+      all.push_back(number);
+    }
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    ref(s) = all;
+    return true;
+  };
+  row.get = [=](const Settings& s) {
+    std::string value;
+    for (const int number : ref(s)) value += (value.empty() ? "" : ",") + std::to_string(number);
+    return value;
+  };
+  return row;
+}
+
+OptionRow allow(OptionRow row) {
+  row.repeatable = true;
+  row.accepts = "one of the measures of docs/compare.md and a number";
+  row.set = [](Settings& s, const std::string& value) {
+    const std::size_t at = value.find('=');
+    double v = 0;
+    if (at == std::string::npos || !find_measure(value.substr(0, at)) || !read_number(value.substr(at + 1), &v) || v < 0) return false;
+    s.compare.allowed.emplace_back(value.substr(0, at), v);
+    return true;
+  };
+  row.get = [](const Settings& s) {
+    std::string value;
+    for (const auto& [name, v] : s.compare.allowed) value += (value.empty() ? "" : " ") + name + "=" + number_text(v);
+    return value;
+  };
+  return row;
+}
+
 OptionRow background(OptionRow row) {
   row.accepts = "three linear values 0..1";
   row.set = [](Settings& s, const std::string& value) {
@@ -444,11 +487,13 @@ std::vector<OptionRow> option_table() {
            [](auto& s) -> auto& { return s.output; }),
       text({.name = "output", .letter = 'o', .metavar = "IMAGE", .group = kFiles, .commands = kView, .help = "the picture: NAME.png or NAME.exr"},
            [](auto& s) -> auto& { return s.output; }),
-      text({.name = "implicit", .metavar = "EXPR", .group = kFiles, .commands = kBake | kView,
+      text({.name = "output", .letter = 'o', .metavar = "FOLDER", .group = kFiles, .commands = kBench, .help = "where bench.json and the plots go; also --out"},
+           [](auto& s) -> auto& { return s.output; }),
+      text({.name = "implicit", .metavar = "EXPR", .group = kFiles, .commands = kBake | kView | kBench,
             .help = "the solid where this function of x, y, z is >= --iso, as an INPUT or beside others (docs/inputs.md)", .in_recipe = true,
             .literal = true, .shown_default = "none", .accepts = "an expression"},
            [](auto& s) -> auto& { return s.recipe.implicit; }),
-      maybe_number({.name = "iso", .metavar = "V", .group = kFiles, .commands = kBakes | kView, .help = "implicit surfaces lie where their function has this value",
+      maybe_number({.name = "iso", .metavar = "V", .group = kFiles, .commands = kBakes | kView | kBench, .help = "implicit surfaces lie where their function has this value",
                     .in_recipe = true, .shown_default = "the input's own, for --implicit 0"},
                    [](auto& s) -> auto& { return s.recipe.iso; }),
       text({.name = "recipe", .metavar = "FILE", .group = kFiles, .commands = kBakes,
@@ -467,50 +512,50 @@ std::vector<OptionRow> option_table() {
              [](auto& s) -> auto& { return s.force; }),
       toggle({.name = "plan", .group = kFiles, .commands = kBake, .help = "say what would be done, and stop"},
              [](auto& s) -> auto& { return s.plan; }),
-      toggle({.name = "json", .group = kFiles, .commands = kInfo | kCheck, .help = "print JSON"},
+      toggle({.name = "json", .group = kFiles, .commands = kInfo | kCheck | kCompare, .help = "print JSON"},
              [](auto& s) -> auto& { return s.json; }),
 
-      text({.name = "texel", .metavar = "NAME", .group = kFiles, .commands = kBake | kView,
+      text({.name = "texel", .metavar = "NAME", .group = kFiles, .commands = kBake | kView | kBench,
             .help = "which texel of a scene file with several (docs/scenes.md)", .in_recipe = true, .literal = true, .shown_default = "the one there is"},
            [](auto& s) -> auto& { return s.recipe.texel; }),
       [] {
-        OptionRow row = integer({.name = "scene", .metavar = "N|auto", .group = kFiles, .commands = kBakes | kView, .help = "which scene of glTF files with several, from 0 on",
+        OptionRow row = integer({.name = "scene", .metavar = "N|auto", .group = kFiles, .commands = kBakes | kView | kBench, .help = "which scene of glTF files with several, from 0 on",
                                  .in_recipe = true, .shown_default = "the file's own choice"},
                                 [](auto& s) -> auto& { return s.recipe.scene; }, 0, 1 << 30, "auto", -1);
         row.get = [](const Settings& s) { return s.recipe.scene >= 0 ? std::to_string(s.recipe.scene) : std::string(); };
         return row;
       }(),
-      choice({.name = "unit", .metavar = "UNIT", .group = kFiles, .commands = kBakes | kView,
+      choice({.name = "unit", .metavar = "UNIT", .group = kFiles, .commands = kBakes | kView | kBench,
               .help = "unit of the mesh and plant files; the scene is then in metres. auto: cm for .opf, .gwa and .lig, others stay as they are", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.plants.unit; }, std::vector<std::pair<const char*, double>>{{"auto", 0}, {"mm", 0.001}, {"cm", 0.01}, {"m", 1}}),
-      choice({.name = "angles", .metavar = "UNIT", .group = kFiles, .commands = kBakes | kView,
+      choice({.name = "angles", .metavar = "UNIT", .group = kFiles, .commands = kBakes | kView | kBench,
               .help = "unit of the angles in .ops files, degrees or radians", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.plants.radians; }, std::vector<std::pair<const char*, bool>>{{"deg", false}, {"rad", true}}),
 
-      number({.name = "fibre-radius", .metavar = "R", .group = kFiles, .commands = kBakes | kView,
+      number({.name = "fibre-radius", .metavar = "R", .group = kFiles, .commands = kBakes | kView | kBench,
               .help = "radius of the lines in .obj files, in the file's unit; 0 leaves lines out", .in_recipe = true,
               .shown_default = "1/2000 of their diagonal"},
              [](auto& s) -> auto& { return s.recipe.fibres.radius; }, {0, 1e30, false, true}),
 
       // Height fields
-      number({.name = "height", .metavar = "H", .group = kHeights, .commands = kBakes | kView,
+      number({.name = "height", .metavar = "H", .group = kHeights, .commands = kBakes | kView | kBench,
               .help = "world height of value 1: an integer picture's full scale, a float picture's 1.0", .in_recipe = true,
               .shown_default = "a quarter of the longer side; a GeoTIFF's own units"},
              [](auto& s) -> auto& { return s.recipe.heights.height; }, {0, 1e30, true, true}),
-      extent({.name = "extent", .metavar = "W,D", .group = kHeights, .commands = kBakes | kView,
+      extent({.name = "extent", .metavar = "W,D", .group = kHeights, .commands = kBakes | kView | kBench,
               .help = "world size in x and y, from the first sample to the last; of a cyclic axis, one period", .in_recipe = true,
               .shown_default = "longer side 1; a GeoTIFF's own"}),
-      maybe_number({.name = "base", .metavar = "Z", .group = kHeights, .commands = kBakes | kView,
+      maybe_number({.name = "base", .metavar = "Z", .group = kHeights, .commands = kBakes | kView | kBench,
                     .help = "world height of the plane the field is solid down to", .in_recipe = true,
                     .shown_default = "1/32 of the longer side below the lowest height"},
                    [](auto& s) -> auto& { return s.recipe.heights.base; }),
-      maybe_number({.name = "no-data", .metavar = "V", .group = kHeights, .commands = kBakes | kView,
+      maybe_number({.name = "no-data", .metavar = "V", .group = kHeights, .commands = kBakes | kView | kBench,
                     .help = "value, as stored in the picture, that means no data: holes, as where alpha is 0 or the file says so",
                     .in_recipe = true, .shown_default = "the file's own"},
                    [](auto& s) -> auto& { return s.recipe.heights.no_data; }),
-      height_color({.name = "height-color", .metavar = "FILE", .group = kHeights, .commands = kBakes | kView,
+      height_color({.name = "height-color", .metavar = "FILE", .group = kHeights, .commands = kBakes | kView | kBench,
                     .help = "picture of the surface's colour, or of its light", .in_recipe = true, .shown_default = "grey"}),
-      perlin_field({.name = "perlin-field", .metavar = "PERIOD,OCTAVES,SEED", .group = kHeights, .commands = kBake | kView,
+      perlin_field({.name = "perlin-field", .metavar = "PERIOD,OCTAVES,SEED", .group = kHeights, .commands = kBake | kView | kBench,
                     .help = "a cyclic field of gradient noise, as an input of its own", .in_recipe = true, .shown_default = "none"}),
 
       // Grid
@@ -519,19 +564,19 @@ std::vector<OptionRow> option_table() {
       number({.name = "voxel-size", .metavar = "S", .group = kGridGroup, .commands = kBakes,
               .help = "voxel edge in world units, instead of a resolution", .in_recipe = true, .shown_default = "from the resolution"},
              [](auto& s) -> auto& { return s.recipe.voxel_size; }, {0, far, true, true}),
-      box({.name = "box", .metavar = "X0,Y0,Z0,X1,Y1,Z1", .group = kGridGroup, .commands = kBakes | kView, .help = "region to bake, or to make triangles of an implicit surface in, world units",
+      box({.name = "box", .metavar = "X0,Y0,Z0,X1,Y1,Z1", .group = kGridGroup, .commands = kBakes | kView | kBench, .help = "region to bake, or to make triangles of an implicit surface in, world units",
            .in_recipe = true, .shown_default = "the scene's bounds and --margin"}),
-      integer({.name = "margin", .metavar = "N", .group = kGridGroup, .commands = kBakes, .help = "voxels around the scene's bounds",
+      integer({.name = "margin", .metavar = "N", .group = kGridGroup, .commands = kBakes | kBench, .help = "voxels around the scene's bounds",
                .in_recipe = true},
               [](auto& s) -> auto& { return s.recipe.margin; }, 0, 64),
-      axes({.name = "cyclic", .metavar = "AXES", .group = kGridGroup, .commands = kBakes, .help = "axes along which the scene repeats; the box is one period, a whole number of voxels, without margin",
+      axes({.name = "cyclic", .metavar = "AXES", .group = kGridGroup, .commands = kBakes | kBench, .help = "axes along which the scene repeats; the box is one period, a whole number of voxels, without margin",
             .in_recipe = true, .shown_default = "none"},
            [](auto& s) -> auto& { return s.recipe.cyclic; }),
 
       // Volume
       want({.name = "want", .metavar = "LIST", .group = kVolume, .commands = kBakes,
             .help = "what the pack shall hold; what is not wanted costs nothing", .in_recipe = true, .shown_default = "renderer,slices"}),
-      choice({.name = "fill", .metavar = "WHEN", .group = kVolume, .commands = kBakes,
+      choice({.name = "fill", .metavar = "WHEN", .group = kVolume, .commands = kBakes | kBench,
               .help = "fill the inside: of closed components; on: an error where none is closed", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.fill; },
              std::vector<std::pair<const char*, Fill>>{{"auto", Fill::kAuto}, {"on", Fill::kOn}, {"off", Fill::kOff}}),
@@ -543,7 +588,7 @@ std::vector<OptionRow> option_table() {
               .help = "whose normals count: of all surface, or of what is seen from outside the voxel", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.normals; },
              std::vector<std::pair<const char*, Normals>>{{"all", Normals::kAll}, {"visible", Normals::kVisible}}),
-      choice({.name = "two-sided", .metavar = "WHEN", .group = kVolume, .commands = kBakes,
+      choice({.name = "two-sided", .metavar = "WHEN", .group = kVolume, .commands = kBakes | kBench,
               .help = "surface lit from both sides; auto: materials with cut-outs, and where it is no solid those that say so themselves", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.two_sided; },
              std::vector<std::pair<const char*, Sidedness>>{
@@ -663,6 +708,39 @@ std::vector<OptionRow> option_table() {
               .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.write.full_float; }),
 
+      // Compare
+      allow({.name = "allow", .metavar = "MEASURE=VALUE", .group = kMeasuring, .commands = kCompare,
+             .help = "exit status 7 if a figure of this measure is larger, at any level and axis (of psnr and ssim: smaller); may be repeated", .shown_default = "anything"}),
+      integer({.name = "level", .metavar = "N|all", .group = kMeasuring, .commands = kCompare, .help = "this level only"},
+              [](auto& s) -> auto& { return s.view.level; }, 0, 12, "all", -1),
+      integer({.name = "voxels", .metavar = "N|all", .group = kMeasuring, .commands = kCompare, .help = "voxels of each level held against the geometry"},
+              [](auto& s) -> auto& { return s.compare.voxels; }, 1, 65536, "all", std::numeric_limits<int>::max()),
+      integer({.name = "columns", .metavar = "N", .group = kMeasuring, .commands = kCompare, .help = "columns of each level and axis, and beams in random directions"},
+              [](auto& s) -> auto& { return s.compare.columns; }, 1, 65536),
+      integer({.name = "seed", .metavar = "N", .group = kMeasuring, .commands = kCompare | kBench, .help = "another sample of the same size"},
+              [](auto& s) -> auto& { return s.compare.seed; }, 0, std::numeric_limits<int>::max()),
+      toggle({.name = "truth", .group = kPicture, .commands = kCompare, .help = "pictures of the pack against pictures of its geometry, too"},
+             [](auto& s) -> auto& { return s.view.truth; }),
+      integer({.name = "views", .metavar = "N", .group = kPicture, .commands = kCompare, .help = "cameras all around"},
+              [](auto& s) -> auto& { return s.compare.views; }, 1, 10000),
+      integer({.name = "recede", .metavar = "D", .group = kPicture, .commands = kCompare, .help = "times one camera doubles its distance; 0: not at all"},
+              [](auto& s) -> auto& { return s.compare.doublings; }, 0, 30),
+      picture_size({.name = "size", .metavar = "WxH", .group = kPicture, .commands = kCompare, .help = "pixels of the pictures", .shown_default = "256x256"}),
+
+      // Bench
+      integers({.name = "resolution", .letter = 'r', .metavar = "N[,N...]", .group = kMeasuring, .commands = kBench, .help = "voxels along the longest side, one sweep each"}, 1, 1024,
+               [](auto& s) -> auto& { return s.bench.resolutions; }),
+      integers({.name = "samples", .metavar = "S[,S...]", .group = kMeasuring, .commands = kBench, .help = "sub-rays per voxel edge of the bundles"}, 1, 64,
+               [](auto& s) -> auto& { return s.bench.samples; }),
+      integers({.name = "rays", .metavar = "N[,N...]", .group = kMeasuring, .commands = kBench, .help = "random rays a voxel and axis of the baseline"}, 1, 1 << 20,
+               [](auto& s) -> auto& { return s.bench.rays; }),
+      integer({.name = "voxels", .metavar = "N", .group = kMeasuring, .commands = kBench, .help = "voxels of each level that errors are measured in"},
+              [](auto& s) -> auto& { return s.bench.voxels; }, 1, 65536),
+      integer({.name = "repeat", .metavar = "N", .group = kMeasuring, .commands = kBench, .help = "times each run is done; the quickest counts"},
+              [](auto& s) -> auto& { return s.bench.repeats; }, 1, 100),
+      number({.name = "time-limit", .metavar = "SECONDS", .group = kMeasuring, .commands = kBench, .help = "runs that would take more CPU time, as those before them tell, are left out"},
+             [](auto& s) -> auto& { return s.bench.time_limit; }, {0, 1e6, true}),
+
       // View
       choice({.name = "up", .metavar = "AXIS", .group = kCamera, .commands = kBakes | kView,
               .help = "axis that points up in pictures; auto: y for .obj, .ply and .off, else z", .in_recipe = true},
@@ -688,25 +766,27 @@ std::vector<OptionRow> option_table() {
       choice({.name = "axis", .metavar = "AXIS", .group = kPicture, .commands = kView, .help = "slices of this axis; auto: by the camera"},
              [](auto& s) -> auto& { return s.view.axis; },
              std::vector<std::pair<const char*, int>>{{"auto", -1}, {"x", 0}, {"y", 1}, {"z", 2}}),
-      light({.name = "light", .metavar = "SPEC", .group = kPicture, .commands = kView,
+      light({.name = "light", .metavar = "SPEC", .group = kPicture, .commands = kView | kCompare,
              .help = "light to view with; may be repeated", .shown_default = "a sun over the left shoulder and ambient light"}),
-      toggle({.name = "no-shadows", .group = kPicture, .commands = kView, .help = "lights cast no shadows"},
+      toggle({.name = "no-shadows", .group = kPicture, .commands = kView | kCompare, .help = "lights cast no shadows"},
              [](auto& s) -> auto& { return s.view.no_shadows; }),
       background({.name = "background", .metavar = "R,G,B", .group = kPicture, .commands = kView, .help = "plain background",
                   .shown_default = "none: the picture has alpha"}),
 
       // Running
-      integer({.name = "threads", .metavar = "N", .group = kRunning, .commands = kBakes | kView,
+      integer({.name = "threads", .metavar = "N", .group = kRunning, .commands = kBakes | kView | kCompare | kBench,
                .help = "the product has the same bytes for every N"},
               [](auto& s) -> auto& { return s.recipe.threads; }, 1, 1024, "all", 0),
       integer({.name = "jobs", .letter = 'j', .metavar = "N", .group = kRunning, .commands = kBatch,
                .help = "items at once, which share the threads; auto: as many as threads, at most 4"},
               [](auto& s) -> auto& { return s.jobs; }, 1, 256, "auto", 0),
       memory({.name = "memory", .metavar = "SIZE", .group = kRunning, .commands = kBakes, .help = "the bake is cut into slabs to keep within it; mesh, textures and finished grids are not bounded, and the pack is the same", .shown_default = "3G"}),
-      choice({.name = "progress", .metavar = "WHEN", .group = kRunning, .commands = kBakes | kView,
+      choice({.name = "progress", .metavar = "WHEN", .group = kRunning, .commands = kBakes | kView | kCompare | kBench,
               .help = "a bar on stderr; auto: on a terminal, after two seconds"},
              [](auto& s) -> auto& { return s.progress; }, progress),
       toggle({.name = "verbose", .letter = 'v', .group = kRunning, .commands = kBakes | kView, .help = "times and counts of each stage"},
+             [](auto& s) -> auto& { return s.verbose; }),
+      toggle({.name = "verbose", .letter = 'v', .group = kRunning, .commands = kCompare, .help = "every figure with its interval, unit and norm"},
              [](auto& s) -> auto& { return s.verbose; }),
       toggle({.name = "verbose", .letter = 'v', .group = kFiles, .commands = kInfo, .help = "how each error figure was found, too"},
              [](auto& s) -> auto& { return s.verbose; }),

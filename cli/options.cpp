@@ -16,6 +16,8 @@ const char* command_name(Command command) {
     case kCheck: return "check";
     case kView: return "view";
     case kBatch: return "batch";
+    case kCompare: return "compare";
+    case kBench: return "bench";
   }
   return "";
 }
@@ -74,7 +76,7 @@ Settings parse_options(Command command, const std::vector<std::string>& argument
   std::vector<CLI::Option*> options(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const OptionRow& row = rows[i];
-    const std::string names = (row.letter ? std::string("-") + row.letter + "," : "") + row.flag();
+    const std::string names = (row.letter ? std::string("-") + row.letter + "," : "") + row.flag() + (command == kBench && std::string(row.name) == "output" ? ",--out" : "");
     options[i] = row.is_switch() ? app.add_flag(names) : app.add_option(names, values[i])->allow_extra_args(false);
   }
   app.add_option("INPUT", settings.inputs);

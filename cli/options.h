@@ -3,6 +3,7 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bake/recipe.h"
@@ -24,6 +25,23 @@ struct ViewSettings {
   V3f background{-1, -1, -1};          // linear RGB; negative: none, the picture keeps its alpha
 };
 
+// What `texel compare` is asked for beyond the camera's settings.
+struct CompareSettings {
+  std::vector<std::pair<std::string, double>> allowed;  // measure, most (or least) that is good
+  int voxels = 1000, columns = 1000;
+  int views = 8, doublings = 6;
+  int seed = 0;
+};
+
+// What `texel bench` sweeps.
+struct BenchSettings {
+  std::vector<int> resolutions{32, 64, 128};
+  std::vector<int> samples{1, 2, 3, 4, 6, 8, 12, 16};
+  std::vector<int> rays{1, 4, 16, 64, 256, 1024, 4096};
+  int voxels = 500, repeats = 3;
+  double time_limit = 30;
+};
+
 // Everything a command line or a recipe file can say.
 struct Settings {
   std::vector<std::string> inputs;
@@ -34,10 +52,12 @@ struct Settings {
   Progress progress = Progress::kAuto;
   Recipe recipe;
   ViewSettings view;
+  CompareSettings compare;
+  BenchSettings bench;
 };
 
 // The commands, as bits, so that a row can belong to several.
-enum Command : unsigned { kBake = 1, kInfo = 2, kCheck = 4, kView = 8, kBatch = 16 };
+enum Command : unsigned { kBake = 1, kInfo = 2, kCheck = 4, kView = 8, kBatch = 16, kCompare = 32, kBench = 64 };
 
 struct OptionRow {
   const char* name = "";               // long name without dashes; with '_' for '-' it is the recipe's key

@@ -1,12 +1,13 @@
 #include "cli/print.h"
 
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <string>
+#include <fstream>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -58,10 +59,12 @@ std::string format(const char* pattern, double value) {
 
 }  // namespace
 
+// Of this program alone: what getrusage says survives exec, and begins with the parent's.
 double peak_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) * 1024;
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return std::strtod(line.c_str() + 6, nullptr) * 1024;
+  return 0;
 }
 
 void print_error(const std::string& text) { print_labelled("error: ", "\033[1;31m", text); }

@@ -1,1 +1,1 @@
-texel compare a.texel b.texel
+texel convert a.texel --to vol -o b
