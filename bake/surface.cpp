@@ -27,6 +27,7 @@ struct Facet {
   bool one_sided, sampled, closed;
   Areas whole, covered;  // what a unit of area adds; of it what goes by covered area, where that is sampled
   float uv_width;      // uv per world length
+  float texels;        // per unit of uv, where there are holes to be found between them; else 0
   V3f color;
   const SolidTexture* solid;  // null: none
 };
@@ -82,6 +83,8 @@ bool bent_moments(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner, 
   return true;
 }
 
+constexpr int kFinestCut = 4;  // more costs more than it mends: docs/accuracy.md
+
 struct Clipper {
   const Scene& scene;
   const Plan& plan;
@@ -123,6 +126,7 @@ struct Clipper {
     facet.whole = all;
     facet.covered = open;
     facet.uv_width = face.uv_width;
+    facet.texels = textures.has_cutouts(material) ? textures.texels_per_uv(material) : 0;
     facet.color = scene.materials[material].kd;
     corners.n = 3;
     corners.v[0] = a;
@@ -131,7 +135,9 @@ struct Clipper {
     return true;
   }
 
-  // Colour and coverage integrated over the piece: a fan, each triangle sampled at its centroid with its own width.
+  // Colour and coverage integrated over the piece: a fan, each triangle cut into n² alike, each of those sampled at its centroid with its own
+  // width. A footprint is a square about the centroid: where the outline of a cut-out passes, what it has of the square's corners is not what it has of the
+  // triangle's, so the smaller the better, down to a texel.
   SurfaceSample integrate(const Facet& facet, const Polygon& piece, double area) const {
     V3d color(0, 0, 0);
     double coverage = 0, total = 0;
@@ -139,12 +145,21 @@ struct Clipper {
       const V3d &a = piece.v[0], &b = piece.v[static_cast<std::size_t>(i)], &c = piece.v[static_cast<std::size_t>(i + 1)];
       const double part = (b - a).cross(c - a).length() / 2;
       if (!(part > 1e-9 * area)) continue;
-      const V3d p = (a + b + c) / 3.0 - facet.origin;
-      SurfaceSample s = footprint_sample(textures, *facet.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2),
-                                               facet.uv_width * static_cast<float>(std::sqrt(part) * plan.grid.h));
-      if (facet.solid) s.color = facet.solid->color(plan.grid.to_world((a + b + c) / 3.0), facet.normal, std::sqrt(part) * plan.grid.h);
-      color += V3d(s.color) * (static_cast<double>(s.coverage) * part);
-      coverage += static_cast<double>(s.coverage) * part;
+      const float width = facet.uv_width * static_cast<float>(std::sqrt(part) * plan.grid.h);
+      const int n = static_cast<int>(std::clamp(std::ceil(width * facet.texels), 1.0f, static_cast<float>(kFinestCut)));
+      const double piece_of_it = part / (n * n);
+      const auto add_sample = [&](double s, double t) {
+        const V3d q = a + (b - a) * s + (c - a) * t, p = q - facet.origin;
+        SurfaceSample here = footprint_sample(textures, *facet.mesh, facet.triangle, p.dot(facet.g1), p.dot(facet.g2), width / static_cast<float>(n));
+        if (facet.solid) here.color = facet.solid->color(plan.grid.to_world(q), facet.normal, std::sqrt(part) * plan.grid.h);
+        color += V3d(here.color) * (static_cast<double>(here.coverage) * piece_of_it);
+        coverage += static_cast<double>(here.coverage) * piece_of_it;
+      };
+      for (int row = 0; row < n; ++row)
+        for (int column = 0; column < n - row; ++column) {
+          add_sample((column + 1.0 / 3) / n, (row + 1.0 / 3) / n);
+          if (column < n - row - 1) add_sample((column + 2.0 / 3) / n, (row + 2.0 / 3) / n);
+        }
       total += part;
     }
     if (!(total > 0)) return {facet.color, 1};

@@ -315,6 +315,17 @@ bool TextureSet::textured(std::uint32_t material) const {
   return material < impl_->materials.size() && (impl_->materials[material].color.chain >= 0 || impl_->materials[material].mask.chain >= 0);
 }
 
+float TextureSet::texels_per_uv(std::uint32_t material) const {
+  if (material >= impl_->materials.size()) return 0;
+  float most = 0;
+  for (const Use* use : {&impl_->materials[material].color, &impl_->materials[material].mask}) {
+    if (use->chain < 0) continue;
+    const auto& picture = impl_->chains[static_cast<std::size_t>(use->chain)].levels.front();
+    most = std::max({most, std::abs(use->scale.x) * static_cast<float>(picture.width), std::abs(use->scale.y) * static_cast<float>(picture.height)});
+  }
+  return most;
+}
+
 SurfaceSample TextureSet::sample(std::uint32_t material, V2f uv, float footprint) const {
   SurfaceSample result;
   if (material >= impl_->materials.size()) return result;

@@ -39,6 +39,9 @@ class TextureSet {
     return sidedness == Sidedness::kAlways || (sidedness == Sidedness::kAuto && (has_cutouts(material) || double_sided(material)));
   }
 
+  // Texels to a unit of uv, along the picture's denser side; 0 without a picture.
+  [[nodiscard]] float texels_per_uv(std::uint32_t material) const;
+
   // `uv` as the mesh has it (scale, offset and clamp are applied here; v = 0 is the bottom row); `footprint`: width in uv of what
   // is averaged, 0 for a point. Trilinear: two levels of the mip chain, bilinear in each. No vertex colour. Thread-safe.
   [[nodiscard]] SurfaceSample sample(std::uint32_t material, V2f uv, float footprint) const;
