@@ -34,13 +34,13 @@ void split_cells(const Polygon& p, int axis, double normal, int lo, int hi, Emit
   double low = p.v[0][axis], high = low;
   for (int i = 1; i < p.n; ++i) {
     const double x = p.v[static_cast<std::size_t>(i)][axis];
-    low = std::fmin(low, x);
-    high = std::fmax(high, x);
+    low = x < low ? x : low;
+    high = x > high ? x : high;
   }
   // Comparing as double first keeps far-away coordinates from overflowing int.
   if (high < lo - 1 || low > hi + 1) return;
-  low = std::fmax(low, lo - 2.0);
-  const CellRange cells = cell_range(low, std::fmin(high, hi + 2.0), normal);
+  low = low > lo - 2.0 ? low : lo - 2.0;
+  const CellRange cells = cell_range(low, high < hi + 2.0 ? high : hi + 2.0, normal);
   if (cells.first == cells.last) {
     if (cells.first >= lo && cells.first < hi) emit(cells.first, p);
     return;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "bake/clip.h"
 #include "bake/prefetch.h"
@@ -202,7 +203,7 @@ struct Rasteriser {
       Line& line = e.dy < 0 ? left[lefts++] : right[rights++];
       line = {static_cast<double>(e.x), static_cast<double>(e.y), static_cast<double>(e.dx) / static_cast<double>(e.dy)};
     }
-    const Shade shade = make_shade(source, c, area > 0, static_cast<double>(std::abs(area)), order);
+    std::optional<Shade> shade;  // made once a ray is met: half of all thin triangles meet none
     const RayPattern& pattern = bundle.pattern;
     const double end = static_cast<double>(std::int64_t{bundle.nu} << kFixedBits);
     std::int64_t voxel_row = row0 / pattern.rows;
@@ -249,7 +250,8 @@ struct Rasteriser {
         const auto at = static_cast<double>(u);
         if (!(at > lo + kUnsure && at < hi - kUnsure) && !(edge[0].holds(u, v) && edge[1].holds(u, v) && edge[2].holds(u, v))) continue;
         const double e1 = static_cast<double>(edge[1].value(u, v)), e2 = static_cast<double>(edge[2].value(u, v));
-        emit(shade, {static_cast<std::uint32_t>(ray), u, v}, e1 * shade.inverse_area, e2 * shade.inverse_area);
+        if (!shade) shade = make_shade(source, c, area > 0, static_cast<double>(std::abs(area)), order);
+        emit(*shade, {static_cast<std::uint32_t>(ray), u, v}, e1 * shade->inverse_area, e2 * shade->inverse_area);
       }
     }
   }
