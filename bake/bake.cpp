@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <optional>
 
@@ -21,6 +22,7 @@
 #include "bake/quantize.h"
 #include "bake/repeat.h"
 #include "bake/repeat_functions.h"
+#include "bake/samples.h"
 #include "bake/slabs.h"
 #include "bake/slice.h"
 #include "bake/surface.h"
@@ -34,7 +36,6 @@ namespace {
 
 void check_recipe(const Recipe& recipe) {
   const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
-  if (recipe.max_error > 0) unsupported("--max-error", "choosing the samples by error is not in this version");
   if (recipe.prune > 0) unsupported("--prune", "pruning is not in this version");
   if (recipe.samples < 0 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
 }
@@ -199,6 +200,7 @@ DensityBake bake_scene_density(const Scene& scene, Plan& plan, const Recipe& rec
   const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
   if (recipe.shadows) unsupported("--shadows", "a density casts no shadows in this version");
   if (recipe.normals == Normals::kVisible) unsupported("--normals visible", "a density has no one surface to see");
+  if (recipe.max_error > 0) unsupported("--max-error", "a density's samples are not chosen by error in this version");
   if (recipe.fill == Fill::kOn) unsupported("--fill on", "a density is solid where it is 1 and has nothing to fill");
   DensityOptions options;
   options.levels = levels;
@@ -229,6 +231,46 @@ struct Totals {
     tiles += static_cast<std::int64_t>(seen.inside_blocks.size());
   }
 };
+
+constexpr int kBeyondSamples = 4;  // of levels above a tile, where rays are chosen
+
+// What choose_samples expects of all slabs together.
+struct Reached {
+  std::array<double, 3> square{0, 0, 0}, variance{0, 0, 0}, rays{0, 0, 0};
+  double voxels = 0;
+  bool met = true;
+  void add(const SampleChoice& c) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      square[a] += c.square[a];
+      variance[a] += c.variance[a];
+      rays[a] += c.rays[a] * c.voxels;
+    }
+    voxels += c.voxels;
+    met = met && c.met;
+  }
+};
+
+void tell_reached(const Reached& reached, const Recipe& recipe, Pack& pack, Report& report) {
+  const auto text = [](double x) {
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.2g", x);
+    return std::string(digits);
+  };
+  double worst = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!(reached.rays[a] > 0)) continue;  // no rays are wanted along it
+    const double spread = 1.96 * std::sqrt(reached.variance[a]), rms = std::sqrt(reached.square[a] / reached.voxels);
+    const double low = std::sqrt(std::max(0.0, reached.square[a] - spread) / reached.voxels), high = std::sqrt((reached.square[a] + spread) / reached.voxels);
+    worst = std::max(worst, high);
+    const std::string axis(1, "xyz"[a]);
+    pack.errors.push_back({"alpha_rms_" + axis, rms, "opacity along " + axis + " over the border voxels of level 0, estimated from columns drawn at random and traced with many rays, as --max-error " + text(recipe.max_error) +
+                                                         " asks; 95 %: " + text(low) + " to " + text(high)});
+    report.count("rays a column along " + axis, reached.rays[a] / reached.voxels);
+    report.count("alpha rms error along " + axis, rms);
+  }
+  if (!reached.met)
+    report.issue("max-error", "opacity may be off by " + text(worst) + " (rms) where " + text(recipe.max_error) + " was asked for, with 32 x 32 rays a voxel where it is worst: a finer --resolution helps");
+}
 
 void measure(const Plan& plan, const Totals& totals, const std::optional<V3f>& one_color, const SlabSums& sums, bool volume, Pack& pack) {
   const V3d color = one_color ? V3d(*one_color) * totals.covered : totals.color;
@@ -377,7 +419,8 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     const bool more = kinds.ks || kinds.roughness || kinds.transparency || kinds.emission;
     one = one_color(scene, *textures);
     const SurfaceWant what{.color = colors && !one, .normals = want.ndf || want.normal || (want.slices && !recipe.lights.empty()),
-                           .material = (want.material && more) || (opacity && kinds.transparency)};
+                           .material = (want.material && more) || (opacity && kinds.transparency),
+                           .finest_cut = recipe.max_error > 0 ? finest_cut_for(recipe.max_error) : SurfaceWant{}.finest_cut};
     if (!colors) one = {};
     options.recompute = recipe.level_mode == LevelMode::kRecompute;
     options.visible_normals = recipe.normals == Normals::kVisible && (want.ndf || want.normal);
@@ -402,17 +445,35 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     }
     if (cyclic && std::any_of(recipe.lights.begin(), recipe.lights.end(), [](const Light& l) { return l.kind == Light::Kind::kPoint; }))
       report.issue("cyclic-light", "a point light does not repeat with the scene: the slices' light has a seam");
+    const bool chooses = recipe.max_error > 0 && (opacity || want.slices);
+    Reached reached;
     const bool traces = options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] || options.volume_axes[2];
 
     // 2.–5. Exact moments of the surface in each voxel it meets, their sums up the levels, and three bundles of axis-parallel rays: opacity at
     // every level, inside, slices.
     const auto see = [&](const std::vector<Surface>& surfaces, const Report& to) {
+      Recipe its = recipe;
+      SampleChoice choice;
+      options.chosen = nullptr;
+      if (chooses) {
+        const bool beyond = options.first_level > 0;
+        options.coarse_rays = coarse_rays_for(recipe.max_error, beyond);
+        its.samples = kBeyondSamples;
+        if (!beyond) {
+          const StageTimer timer(report, "choosing rays");
+          Report own;
+          own.progress = to.progress;
+          choice = choose_samples(scene, plan, *textures, surfaces[0], recipe, options, sums, kinds.cutouts, own);
+          reached.add(choice);
+          options.chosen = &choice.chosen;
+        }
+      }
       const StageTimer timer(report, "crossings");
       VisibilityResult seen;
       Report own;
       own.progress = to.progress;
       const SliceShader shader = make_shader(scene, plan, *textures, surfaces[0], recipe, rays.get());
-      if (traces) seen = see_voxels(scene, plan, *textures, surfaces, recipe, options, shader, sums, own);
+      if (traces) seen = see_voxels(scene, plan, *textures, surfaces, its, options, shader, sums, own);
       else seen.levels.resize(surfaces.size());
       return seen;
     };
@@ -443,17 +504,18 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
       held = 0;
       options.slab = {from, z1};
       const bool only = from == 0 && z1 == plan.grid.n.z;
+      const bool whole = only && !chooses;    // chosen rays differ from tile to tile, so coarser levels have rays of their own
       if (only && surfaces[0].set.count == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
       {
         const StageTimer timer(report, "surface");
-        const int levels = only ? level_total : std::min(level_total, slabs.levels);
+        const int levels = whole ? level_total : std::min(level_total, slabs.levels);
         while (static_cast<int>(surfaces.size()) < levels) surfaces.push_back(coarser(surfaces.back()));
       }
       VisibilityResult seen = see(surfaces, part);
       totals.add(surfaces[0], seen.levels[0]);
       if (want.volume()) finish(surfaces, seen, 0, part);
       if (!only) ++slab_count;
-      if (!only && slabs.levels < level_total) {
+      if (!whole && slabs.levels < level_total) {
         tops.push_back(std::move(surfaces.back()));
         seen_tops.push_back(std::move(seen.levels.back()));
       }
@@ -461,6 +523,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     }
     if (totals.border == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
     if (slab_count > 0) report.count("slabs", slab_count);
+    if (chooses) tell_reached(reached, recipe, pack, report);
     if (!tops.empty()) {
       // Levels whose blocks reach over several slabs.
       std::vector<Surface> surfaces(static_cast<std::size_t>(slabs.levels) - 1);

@@ -62,6 +62,7 @@ struct Line {
 
 struct Rasteriser {
   const Bundle& bundle;
+  const std::int64_t* fixed;
   Band& band;
   BandScratch& scratch;
 
@@ -101,8 +102,8 @@ struct Rasteriser {
     c.whole = true;
     bool narrow = true;
     for (std::size_t i = 0; i < 3; ++i) {
-      c.x[i] = bundle.points[2 * std::size_t{tri[i]}];
-      c.y[i] = bundle.points[2 * std::size_t{tri[i]} + 1];
+      c.x[i] = fixed[2 * std::size_t{tri[i]}];
+      c.y[i] = fixed[2 * std::size_t{tri[i]} + 1];
       c.w[i] = bundle.plan->points[tri[i]][bundle.axes.w];
       narrow = narrow && std::abs(c.x[i]) < kNarrow && std::abs(c.y[i]) < kNarrow;
     }
@@ -131,6 +132,7 @@ struct Rasteriser {
     const double u0 = std::max(box.min[bundle.axes.u], 0.0), u1 = std::min<double>(box.max[bundle.axes.u], bundle.nu);
     const double v0 = std::max<double>(box.min[bundle.axes.v], band.v0), v1 = std::min<double>(box.max[bundle.axes.v], band.v1);
     if (u0 > u1 || v0 > v1) return false;
+    if (!band.traced(std::min(bundle.nu - 1, static_cast<int>(u0)), std::min(bundle.nu - 1, static_cast<int>(u1)))) return false;
     // Rows lie at (i + 1/2)/rows; in a row of the plain grid rays do likewise, while one of the lattice may lie anywhere.
     const RayPattern& pattern = bundle.pattern;
     if (std::ceil(v0 * pattern.rows - 0.5) > v1 * pattern.rows - 0.5) return false;
@@ -184,7 +186,11 @@ struct Rasteriser {
     if (from_v > to_v || std::min({c.w[0], c.w[1], c.w[2]}) > bundle.end) return;
     const std::int64_t row0 = row_at(from_v), row1 = row_at(to_v + 1);
     if (row0 >= row1) return;
-    if (std::max({x[0], x[1], x[2]}) < 0 || std::min({x[0], x[1], x[2]}) > std::int64_t{bundle.nu} << kFixedBits) return;
+    const std::int64_t least_x = std::min({x[0], x[1], x[2]}), most_x = std::max({x[0], x[1], x[2]});
+    if (most_x < 0 || least_x > std::int64_t{bundle.nu} << kFixedBits) return;
+    const bool some = !band.before.empty();  // columns only
+    const auto column_of = [&](std::int64_t at) { return static_cast<int>(std::clamp<std::int64_t>(at >> kFixedBits, 0, bundle.nu - 1)); };
+    if (some && !band.traced(column_of(least_x), column_of(most_x))) return;
     const std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
     if (area == 0) return;
     const int order[3] = {0, area > 0 ? 1 : 2, area > 0 ? 2 : 1};  // counter-clockwise in (u, v)
@@ -221,7 +227,7 @@ struct Rasteriser {
       for (int i = 0; i < rights; ++i) hi = std::min(hi, right[i].at(vd));
       if (hi < lo - 2 * kUnsure) continue;
       const auto from = static_cast<std::int64_t>(lo) - 1 - kUnsure, to = static_cast<std::int64_t>(hi) + 1 + kUnsure;
-      const std::size_t row_rays = (static_cast<std::size_t>(row) - static_cast<std::size_t>(band.v0) * static_cast<std::size_t>(pattern.rows)) * static_cast<std::size_t>(bundle.nu);
+      const std::size_t row_rays = (static_cast<std::size_t>(row) - static_cast<std::size_t>(band.v0) * static_cast<std::size_t>(pattern.rows)) * static_cast<std::size_t>(band.width);
       // The row's rays one after the other, from the first at or above `from` to the last at or below `to`.
       const int* offsets = pattern.u.data() + r * static_cast<std::size_t>(pattern.per_row);
       std::int64_t column = 0, last_column = to >> kFixedBits;
@@ -239,12 +245,25 @@ struct Rasteriser {
         last_j = (within * pattern.per_row) >> kFixedBits;
         last_j -= offsets[last_j] > within;
       }
-      auto ray = static_cast<std::int64_t>(row_rays + static_cast<std::size_t>(column)) * pattern.per_row + j;
-      const auto last_ray = (static_cast<std::int64_t>(row_rays) + last_column) * pattern.per_row + last_j;
+      if (some) {
+        if (column > last_column || !band.traced(static_cast<int>(column), static_cast<int>(last_column))) continue;
+        // From traced column to traced column, as if the others' rays were not there.
+        if (!band.traced(static_cast<int>(column))) {
+          while (!band.traced(static_cast<int>(column))) ++column;
+          j = 0;
+        }
+        if (!band.traced(static_cast<int>(last_column))) {
+          while (!band.traced(static_cast<int>(last_column))) --last_column;
+          last_j = pattern.per_row - 1;
+        }
+      }
+      auto ray = (static_cast<std::int64_t>(row_rays) + (some ? band.place(static_cast<int>(column)) : column)) * pattern.per_row + j;
+      const auto last_ray = (static_cast<std::int64_t>(row_rays) + (some ? band.place(static_cast<int>(last_column)) : last_column)) * pattern.per_row + last_j;
       for (; ray <= last_ray; ++ray, ++j) {
         if (j == pattern.per_row) {
           j = 0;
           ++column;
+          while (some && !band.traced(static_cast<int>(column))) ++column;
         }
         const std::int64_t u = (column << kFixedBits) + offsets[j];
         const auto at = static_cast<double>(u);
@@ -320,6 +339,47 @@ struct Rasteriser {
   }
 };
 
+// How many columns of [0, u] are traced, in each voxel row; empty: all.
+std::vector<std::int32_t> count_columns(const Bundle& b) {
+  std::vector<std::int32_t> counts;
+  if (b.columns.empty()) return counts;
+  counts.resize((static_cast<std::size_t>(b.nu) + 1) * static_cast<std::size_t>(b.nv));
+  for (std::size_t v = 0, i = 0; v < static_cast<std::size_t>(b.nv); ++v, ++i)
+    for (std::size_t u = 0; u < static_cast<std::size_t>(b.nu); ++u, ++i) counts[i + 1] = counts[i] + (b.columns[v * static_cast<std::size_t>(b.nu) + u] != 0);
+  return counts;
+}
+
+// The scene's triangles, fibres and instances by band. `lists` has its points. Of bands of one row only what lies over a traced column.
+void bin_scene(const Bundle& b, BundleLists& lists) {
+  const std::vector<std::int32_t> counts = b.band_rows == 1 ? count_columns(b) : std::vector<std::int32_t>();
+  const auto& points = lists.points;
+  const auto for_each_band = [&](const std::array<std::uint32_t, 3>& t, auto&& call) {
+    const std::int64_t y0 = points[2 * std::size_t{t[0]} + 1], y1 = points[2 * std::size_t{t[1]} + 1], y2 = points[2 * std::size_t{t[2]} + 1];
+    const std::int64_t low = std::min({y0, y1, y2}), high = std::max({y0, y1, y2});
+    if (high < 0) return;
+    const std::int64_t b0 = std::max<std::int64_t>(0, (low >> kFixedBits) / b.band_rows), b1 = std::min<std::int64_t>(b.bands - 1, (high >> kFixedBits) / b.band_rows);
+    if (counts.empty()) {
+      for (std::int64_t i = b0; i <= b1; ++i) call(static_cast<std::size_t>(i));
+      return;
+    }
+    const std::int64_t x0 = points[2 * std::size_t{t[0]}], x1 = points[2 * std::size_t{t[1]}], x2 = points[2 * std::size_t{t[2]}];
+    const std::int64_t u0 = std::clamp<std::int64_t>(std::min({x0, x1, x2}) >> kFixedBits, 0, b.nu - 1), u1 = std::clamp<std::int64_t>(std::max({x0, x1, x2}) >> kFixedBits, 0, b.nu - 1);
+    for (std::int64_t i = b0; i <= b1; ++i) {
+      const std::int32_t* row = counts.data() + i * (std::int64_t{b.nu} + 1);
+      if (row[u0] < row[u1 + 1]) call(static_cast<std::size_t>(i));
+    }
+  };
+  const auto& triangles = b.scene->mesh.triangles;
+  lists.first.assign(static_cast<std::size_t>(b.bands) + 1, 0);
+  for (const auto& t : triangles) for_each_band(t, [&](std::size_t i) { ++lists.first[i + 1]; });
+  for (std::size_t i = 0; i < static_cast<std::size_t>(b.bands); ++i) lists.first[i + 1] += lists.first[i];
+  lists.bins.resize(lists.first.back());
+  std::vector<std::size_t> at(lists.first.begin(), lists.first.end() - 1);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) for_each_band(triangles[t], [&](std::size_t i) { lists.bins[at[i]++] = t; });
+  if (!b.plan->fibres.empty()) bin_fibres(b, lists);
+  lists.placed = layer_placed(*b.plan, b.axes.v, b.band_rows, b.bands);
+}
+
 }  // namespace
 
 RayPattern make_pattern(Pattern kind, int samples) {
@@ -355,33 +415,29 @@ Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textu
   while (b.band_rows > 1 && row_rays * b.band_rows > (1 << 18)) b.band_rows /= 2;
   b.bands = (b.nv + b.band_rows - 1) / b.band_rows;
 
-  b.points.resize(plan.points.size() * 2);
+  const auto lists = std::make_shared<BundleLists>();
+  lists->points.resize(plan.points.size() * 2);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, plan.points.size(), 8192), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      b.points[2 * i] = to_fixed(std::clamp(plan.points[i][b.axes.u], -kFar, kFar));
-      b.points[2 * i + 1] = to_fixed(std::clamp(plan.points[i][b.axes.v], -kFar, kFar));
+      lists->points[2 * i] = to_fixed(std::clamp(plan.points[i][b.axes.u], -kFar, kFar));
+      lists->points[2 * i + 1] = to_fixed(std::clamp(plan.points[i][b.axes.v], -kFar, kFar));
     }
   });
 
-  const auto range = [&](const std::array<std::uint32_t, 3>& t, std::int64_t& b0, std::int64_t& b1) {
-    const std::int64_t y0 = b.points[2 * std::size_t{t[0]} + 1], y1 = b.points[2 * std::size_t{t[1]} + 1], y2 = b.points[2 * std::size_t{t[2]} + 1];
-    b0 = std::max<std::int64_t>(0, (std::min({y0, y1, y2}) >> kFixedBits) / b.band_rows);
-    b1 = std::min<std::int64_t>(b.bands - 1, (std::max({y0, y1, y2}) >> kFixedBits) / b.band_rows);
-    return std::max({y0, y1, y2}) >= 0;
-  };
-  b.first.assign(static_cast<std::size_t>(b.bands) + 1, 0);
-  std::int64_t b0 = 0, b1 = 0;
-  for (const auto& t : scene.mesh.triangles)
-    if (range(t, b0, b1))
-      for (std::int64_t i = b0; i <= b1; ++i) ++b.first[static_cast<std::size_t>(i) + 1];
-  for (std::size_t i = 0; i < static_cast<std::size_t>(b.bands); ++i) b.first[i + 1] += b.first[i];
-  b.bins.resize(b.first.back());
-  std::vector<std::size_t> at(b.first.begin(), b.first.end() - 1);
-  for (std::uint32_t t = 0; t < scene.mesh.triangles.size(); ++t)
-    if (range(scene.mesh.triangles[t], b0, b1))
-      for (std::int64_t i = b0; i <= b1; ++i) b.bins[at[static_cast<std::size_t>(i)]++] = t;
-  if (!plan.fibres.empty()) bin_fibres(b);
-  b.placed = layer_placed(plan, b.axes.v, b.band_rows, b.bands);
+  bin_scene(b, *lists);
+  b.lists = lists;
+  return b;
+}
+
+Bundle narrow_bundle(const Bundle& all, std::vector<char> columns) {
+  Bundle b = all;
+  b.band_rows = 1;
+  b.bands = b.nv;
+  b.columns = std::move(columns);
+  const auto lists = std::make_shared<BundleLists>();
+  lists->points = all.lists->points;
+  bin_scene(b, *lists);
+  b.lists = lists;
   return b;
 }
 
@@ -389,21 +445,36 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
   out.v0 = band * bundle.band_rows;
   out.v1 = std::min(bundle.nv, out.v0 + bundle.band_rows);
   scratch.found.clear();
-  Rasteriser rasteriser{bundle, out, scratch};
+  out.width = bundle.nu;
+  out.before.clear();
+  if (!bundle.columns.empty()) {
+    out.before.assign(static_cast<std::size_t>(bundle.nu) + 1, 0);
+    for (int u = 0; u < bundle.nu; ++u) {
+      bool any = false;
+      for (int v = out.v0; v < out.v1; ++v) any = any || bundle.columns[static_cast<std::size_t>(v) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u)] != 0;
+      out.before[static_cast<std::size_t>(u) + 1] = out.before[static_cast<std::size_t>(u)] + any;
+    }
+    out.width = out.before.back();
+  }
+  const BundleLists& lists = *bundle.lists;
+  const std::int64_t* fixed = lists.points.data();
+  Rasteriser rasteriser{bundle, fixed, out, scratch};
   const auto b = static_cast<std::size_t>(band);
   const auto& triangles = bundle.scene->mesh.triangles;
   const auto touch = [&](std::uint32_t t) {
     for (const std::uint32_t v : triangles[t]) {
-      __builtin_prefetch(&bundle.points[2 * std::size_t{v}]);
+      __builtin_prefetch(&fixed[2 * std::size_t{v}]);
       __builtin_prefetch(&bundle.plan->points[v]);
     }
   };
-  visit_triangles(bundle.bins.data(), bundle.first[b], bundle.first[b + 1], triangles.data(), touch, [&](std::uint32_t t) { rasteriser.triangle(t); });
-  if (!bundle.fibre_first.empty()) trace_fibres(bundle, band, out, scratch);
-  for (const std::uint32_t i : bundle.placed.of(band)) rasteriser.placed(bundle.plan->placed[i]);
+  if (out.width > 0) {
+    visit_triangles(lists.bins.data(), lists.first[b], lists.first[b + 1], triangles.data(), touch, [&](std::uint32_t t) { rasteriser.triangle(t); });
+    if (!lists.fibre_first.empty()) trace_fibres(bundle, band, out, scratch);
+    for (const std::uint32_t i : lists.placed.of(band)) rasteriser.placed(bundle.plan->placed[i]);
+  }
 
   // Counting sort by ray keeps triangle order; then each short list by depth.
-  const std::size_t rays = static_cast<std::size_t>(out.v1 - out.v0) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.pattern.rays());
+  const std::size_t rays = static_cast<std::size_t>(out.v1 - out.v0) * static_cast<std::size_t>(out.width) * static_cast<std::size_t>(bundle.pattern.rays());
   // Counted one place further on, so that filling moves each start to where it belongs.
   out.first.assign(rays + 2, 0);
   for (const BandScratch::Found& f : scratch.found) ++out.first[f.ray + 2];

@@ -2,6 +2,7 @@
 // Stage 3: Plan -> sorted surface crossings of the axis-parallel sub-rays (fixed-point rasteriser)
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "bake/plan.h"
@@ -40,6 +41,16 @@ struct Crossing {
   [[nodiscard]] std::uint64_t placed_number() const { return (std::uint64_t{page} - 1) << 32 | triangle; }
 };
 
+// What is in each band, whatever the pattern.
+struct BundleLists {
+  std::vector<std::int64_t> points;        // fixed point (u, v) of each point
+  std::vector<std::size_t> first;          // triangles by band: bins[first[b] … first[b+1]), ascending
+  std::vector<std::uint32_t> bins;
+  std::vector<std::size_t> fibre_first;    // the same of Plan::fibres; empty where there are none
+  std::vector<std::uint32_t> fibre_bins;
+  PlacedLayers placed;                     // instances by band
+};
+
 // Everything the bands of one axis share.
 struct Bundle {
   const Scene* scene = nullptr;
@@ -54,12 +65,8 @@ struct Bundle {
   int bands = 0;
   double end = std::numeric_limits<double>::infinity();  // voxels along w: surface wholly beyond is left out
   std::vector<char> used;                  // per row of rays: 0: not traced; empty: all are
-  std::vector<std::int64_t> points;        // fixed point (u, v) of each point
-  std::vector<std::size_t> first;          // triangles by band: bins[first[b] … first[b+1]), ascending
-  std::vector<std::uint32_t> bins;
-  std::vector<std::size_t> fibre_first;    // the same of Plan::fibres; empty where there are none
-  std::vector<std::uint32_t> fibre_bins;
-  PlacedLayers placed;                     // instances by band
+  std::vector<char> columns;               // per voxel column, v · nu + u: 0: its rays are not traced; empty: all are
+  std::shared_ptr<const BundleLists> lists;
 };
 
 // Of what a crossing is: the piece of a fibre, null where it is a triangle; else the triangle; the material of either.
@@ -72,11 +79,22 @@ struct Bundle {
 // `plan`, `scene` and `textures` are kept by reference. Cost: one pass over points and triangles.
 [[nodiscard]] Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textures, const Recipe& recipe, int axis);
 
-// The crossings of all rays of one band. Ray ids: ((voxel row in band · rows + row) · nu + column) · per_row + ray in row.
+// The same of some columns only (Bundle::columns), in bands of one voxel row: what lies over none of them is left out.
+[[nodiscard]] Bundle narrow_bundle(const Bundle& all, std::vector<char> columns);
+
+// The crossings of all rays of one band. Ray ids: ((voxel row in band · rows + row) · width + place of the column) · per_row + ray in row.
 // Exactly one crossing where a ray meets the shared edge or corner of a closed surface, by the fill rule (top-left), so that
 // winding numbers close on every ray. Sorted by depth, then cell, then page and triangle, within a ray.
 struct Band {
   int v0 = 0, v1 = 0;                      // voxel rows [v0, v1)
+  int width = 0;                           // columns traced: all, or those that Bundle::columns has in some row of the band
+  std::vector<std::int32_t> before;        // per column and one more: how many traced ones lie before it; empty: all are traced
+  [[nodiscard]] int place(int column) const { return before.empty() ? column : before[static_cast<std::size_t>(column)]; }
+  [[nodiscard]] bool traced(int column) const { return traced(column, column); }
+  // Some column of [first, last], which lie in the grid.
+  [[nodiscard]] bool traced(int first_column, int last_column) const {
+    return before.empty() || before[static_cast<std::size_t>(first_column)] < before[static_cast<std::size_t>(last_column) + 1];
+  }
   std::vector<std::uint32_t> first;        // per ray and one more, into crossings
   std::vector<Crossing> crossings;         // at least first.back() of them
 };
@@ -93,7 +111,7 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
 
 // The part of both that fibres take (fibre_rays.cpp). A ray meets a piece once, at its axis' depth, and only in the voxels that the axis passes, where
 // clip_surface counts it; open surface.
-void bin_fibres(Bundle& bundle);
+void bin_fibres(const Bundle& bundle, BundleLists& lists);
 void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& scratch);
 
 // Barycentrics of corners 1 and 2 where a ray meets the plane of a triangle (u, v in voxel space).

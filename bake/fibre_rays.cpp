@@ -43,7 +43,7 @@ void row_extent(const FibreOutline& o, double v, double& low, double& high) {
 
 }  // namespace
 
-void bin_fibres(Bundle& bundle) {
+void bin_fibres(const Bundle& bundle, BundleLists& lists) {
   const auto for_each_band = [&](auto&& call) {
     for (std::uint32_t f = 0; f < bundle.plan->fibres.size(); ++f) {
       const auto corners = corners_of(outline_of(bundle, bundle.plan->fibres[f]));
@@ -53,12 +53,12 @@ void bin_fibres(Bundle& bundle) {
       for (int b = b0; b <= b1; ++b) call(static_cast<std::size_t>(b), f);
     }
   };
-  bundle.fibre_first.assign(static_cast<std::size_t>(bundle.bands) + 1, 0);
-  for_each_band([&](std::size_t b, std::uint32_t) { ++bundle.fibre_first[b + 1]; });
-  for (std::size_t b = 0; b < static_cast<std::size_t>(bundle.bands); ++b) bundle.fibre_first[b + 1] += bundle.fibre_first[b];
-  bundle.fibre_bins.resize(bundle.fibre_first.back());
-  std::vector<std::size_t> at(bundle.fibre_first.begin(), bundle.fibre_first.end() - 1);
-  for_each_band([&](std::size_t b, std::uint32_t f) { bundle.fibre_bins[at[b]++] = f; });
+  lists.fibre_first.assign(static_cast<std::size_t>(bundle.bands) + 1, 0);
+  for_each_band([&](std::size_t b, std::uint32_t) { ++lists.fibre_first[b + 1]; });
+  for (std::size_t b = 0; b < static_cast<std::size_t>(bundle.bands); ++b) lists.fibre_first[b + 1] += lists.fibre_first[b];
+  lists.fibre_bins.resize(lists.fibre_first.back());
+  std::vector<std::size_t> at(lists.fibre_first.begin(), lists.fibre_first.end() - 1);
+  for_each_band([&](std::size_t b, std::uint32_t f) { lists.fibre_bins[at[b]++] = f; });
 }
 
 double fibre_place(const Bundle& bundle, const FibreSegment& fibre, double u, double v) { return std::max(0.0, meet_outline(outline_of(bundle, fibre), u, v)); }
@@ -66,8 +66,9 @@ double fibre_place(const Bundle& bundle, const FibreSegment& fibre, double u, do
 void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& scratch) {
   const RayPattern& pattern = bundle.pattern;
   const auto b = static_cast<std::size_t>(band);
-  for (std::size_t k = bundle.fibre_first[b]; k < bundle.fibre_first[b + 1]; ++k) {
-    const FibreSegment& fibre = bundle.plan->fibres[bundle.fibre_bins[k]];
+  const BundleLists& lists = *bundle.lists;
+  for (std::size_t k = lists.fibre_first[b]; k < lists.fibre_first[b + 1]; ++k) {
+    const FibreSegment& fibre = bundle.plan->fibres[lists.fibre_bins[k]];
     const FibreOutline o = outline_of(bundle, fibre);
     const V3d d = fibre.b - fibre.a;
     const auto corners = corners_of(o);
@@ -85,6 +86,7 @@ void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& 
           const double offset = pattern.u[static_cast<std::size_t>(r * pattern.per_row + j)] * kUnit;
           const int first = std::max(0, static_cast<int>(std::ceil(std::max(from - offset, -1.0) - 1e-6))), last = static_cast<int>(std::floor(std::min(to - offset + 1e-6, bundle.nu - 1.0)));
           for (int column = first; column <= last; ++column) {
+            if (!out.traced(column)) continue;
             const double u = column + offset, s = meet_outline(o, u, v);
             if (s < 0) continue;
             const V3d at = fibre.a + d * s;
@@ -92,10 +94,10 @@ void trace_fibres(const Bundle& bundle, int band, const Band& out, BandScratch& 
             Crossing c{};
             c.w = at[bundle.axes.w];
             c.cell = static_cast<std::int32_t>(std::floor(std::clamp(c.w, -2.0, bundle.nw + 2.0)));
-            c.triangle = bundle.triangles + bundle.fibre_bins[k];
+            c.triangle = bundle.triangles + lists.fibre_bins[k];
             c.coverage = 1;
             c.enters = -1;  // with winding 0: what lies in a wall belongs to the cell beyond
-            const std::size_t ray = ((static_cast<std::size_t>(row - out.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r)) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(column)) *
+            const std::size_t ray = ((static_cast<std::size_t>(row - out.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r)) * static_cast<std::size_t>(out.width) + static_cast<std::size_t>(out.place(column))) *
                                         static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
             scratch.found.push_back({c, static_cast<std::uint32_t>(ray)});
           }

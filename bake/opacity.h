@@ -46,4 +46,8 @@ struct ExactMeans { double t = 0, near_inside = 0; };
 // Error: docs/accuracy.md. Source: control variates by regression (e.g. Owen, Monte Carlo theory, §8.9).
 [[nodiscard]] double estimate_opacity(const RaySums& sums, double rays, const ExactMeans& exact, double* sampled = nullptr);
 
+// How unsure the rays leave opacity: the variance, from ray to ray, of what is not exactly known of it. 0 where one layer lies in the voxel or all rays are
+// stopped. Only to compare voxels by.
+[[nodiscard]] double doubt(const RaySums& sums, double rays);
+
 }  // namespace texel

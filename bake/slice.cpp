@@ -86,7 +86,7 @@ void slice_column(const Bundle& bundle, const Band& band, const SliceColumn& pla
     for (int r = 0; r < pattern.rows; ++r)
       for (int j = 0; j < pattern.per_row; ++j) {
         const std::size_t row_in_band = static_cast<std::size_t>(row - band.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r);
-        const std::size_t id = (row_in_band * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(column)) * static_cast<std::size_t>(pattern.per_row);
+        const std::size_t id = (row_in_band * static_cast<std::size_t>(band.width) + static_cast<std::size_t>(band.place(column))) * static_cast<std::size_t>(pattern.per_row);
         const auto list = ray_of(band, id + static_cast<std::size_t>(j));
         if (list.empty()) continue;
         const double u = column + pattern.u[static_cast<std::size_t>(r * pattern.per_row + j)] * 0x1p-16, v = row + pattern.v[static_cast<std::size_t>(r)] * 0x1p-16;

@@ -83,8 +83,6 @@ bool bent_moments(const Mesh& mesh, const std::array<std::uint32_t, 3>& corner, 
   return true;
 }
 
-constexpr int kFinestCut = 4;  // more costs more than it mends: docs/accuracy.md
-
 struct Clipper {
   const Scene& scene;
   const Plan& plan;
@@ -146,7 +144,7 @@ struct Clipper {
       const double part = (b - a).cross(c - a).length() / 2;
       if (!(part > 1e-9 * area)) continue;
       const float width = facet.uv_width * static_cast<float>(std::sqrt(part) * plan.grid.h);
-      const int n = static_cast<int>(std::clamp(std::ceil(width * facet.texels), 1.0f, static_cast<float>(kFinestCut)));
+      const int n = static_cast<int>(std::clamp(std::ceil(width * facet.texels), 1.0f, static_cast<float>(want.finest_cut)));
       const double piece_of_it = part / (n * n);
       const auto add_sample = [&](double s, double t) {
         const V3d q = a + (b - a) * s + (c - a) * t, p = q - facet.origin;

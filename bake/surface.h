@@ -93,7 +93,10 @@ struct Surface {
   [[nodiscard]] V3f mean_color(std::size_t i) const { return one_color ? *one_color : V3f(color[i] / areas[i].covered); }
 };
 
-struct SurfaceWant { bool color = true, normals = true, material = true; };
+struct SurfaceWant {
+  bool color = true, normals = true, material = true;
+  int finest_cut = 4;                   // coverage and colour of cut-outs are looked up at as many as its square places of each fan triangle of a piece
+};
 
 // Exact to rounding: Σ area over voxels is the area of the mesh within the box. A voxel's sums run in triangle order.
 // Of the slab alone; a voxel's sums do not depend on it.

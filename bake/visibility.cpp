@@ -1,384 +1,16 @@
 #include "bake/visibility.h"
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <functional>
-#include <limits>
 
+#include "bake/axis_rays.h"
 #include "bake/block_index.h"
-#include "bake/opacity.h"
-#include "bake/prefetch.h"
 
 namespace texel {
 namespace {
-
-// Blocks of a set by the column (u, v) they stand in, in ascending w.
-struct BlockColumns {
-  int nu = 0, nv = 0;
-  std::vector<std::size_t> first;
-  std::vector<std::int32_t> blocks;
-
-  BlockColumns(const VoxelSet& set, const Grid& grid, const BundleAxes& axes)
-      : nu((grid.n[axes.u] + 7) / 8), nv((grid.n[axes.v] + 7) / 8), first(static_cast<std::size_t>(nu) * static_cast<std::size_t>(nv) + 1, 0) {
-    const auto place = [&](const Block& b) { return static_cast<std::size_t>(b.at[axes.v]) * static_cast<std::size_t>(nu) + static_cast<std::size_t>(b.at[axes.u]); };
-    for (const Block& b : set.blocks) ++first[place(b) + 1];
-    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-    blocks.resize(set.blocks.size());
-    std::vector<std::size_t> at(first.begin(), first.end() - 1);
-    // Blocks come sorted by (z, y, x), so every column gets its blocks in ascending w.
-    for (std::size_t i = 0; i < set.blocks.size(); ++i) blocks[at[place(set.blocks[i])]++] = static_cast<std::int32_t>(i);
-  }
-};
-
-struct LevelView {
-  const Surface* surface;
-  BlockColumns columns;
-
-  void cells(const BundleAxes& axes, int u, int v, std::vector<Cell>& out) const {
-    out.clear();
-    const std::size_t column = static_cast<std::size_t>(v >> 3) * static_cast<std::size_t>(columns.nu) + static_cast<std::size_t>(u >> 3);
-    V3i local;
-    local[axes.u] = u & 7;
-    local[axes.v] = v & 7;
-    for (std::size_t i = columns.first[column]; i < columns.first[column + 1]; ++i) {
-      const Block& block = surface->set.blocks[static_cast<std::size_t>(columns.blocks[i])];
-      for (int w = 0; w < 8; ++w) {
-        local[axes.w] = w;
-        if (block.has(local.x, local.y, local.z)) out.push_back({block.at[axes.w] * 8 + w, block.index(local.x, local.y, local.z)});
-      }
-    }
-  }
-};
-
-struct InsideRun { std::int32_t u, v, first, last; };  // voxels of a level-0 column that are wholly inside
-
-struct CellSum {
-  RaySums rays;
-  double length = 0;                          // inside, over all rays; voxels of level 0
-  int inside_above = 0;                       // rays inside beyond the cell
-  // Nearly all rays are of these kinds, counted here until fold(): one that passes wholly inside, as changes from the cell before; one
-  // inside at the near wall; one stopped by the first surface it meets.
-  int passing = 0, begun_inside = 0, met_once = 0;
-};
-
-// Spreads the counts of a column's cells out to their sums.
-void fold(std::span<CellSum> sums, int edge) {
-  int passing = 0;
-  for (CellSum& s : sums) {
-    passing += s.passing;
-    s.rays.add_many(passing + s.begun_inside, 0, true);
-    s.rays.add_many(s.met_once, 1, false);
-    s.length += static_cast<double>(passing) * edge;
-    s.inside_above += passing;
-  }
-}
-
-struct Worker {                               // reused buffers of one thread
-  Band band;
-  BandScratch trace;
-  SliceScratch slice;
-  std::vector<Cell> cells;
-  std::vector<CellSum> sums;
-};
-
-// Follows one ray through the border voxels of its column, from crossing to crossing. Cells are level-`level` voxels. `sums` has one more
-// than cells, for what begins to pass beyond the last. The column begins at `start`, voxels of level 0.
-void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, int start, std::span<CellSum> sums, int* inside_first) {
-  int winding = 0;
-  const int below = cells.empty() ? start : cells.front().k << level;
-  while (c != end && c->cell < below) winding += (c++)->winding;
-  if (inside_first) *inside_first += winding != 0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    // Cells up to the next crossing's are passed through.
-    const std::size_t from_cell = i;
-    if (c == end) i = cells.size();
-    else while (i < cells.size() && cells[i].k < c->cell >> level) ++i;
-    if (winding == 1) {
-      ++sums[from_cell].passing;
-      --sums[i].passing;
-    } else if (winding != 0) {
-      for (std::size_t j = from_cell; j < i; ++j) {
-        sums[j].rays.add(1, 0, true, true);
-        sums[j].length += 1 << level;
-        ++sums[j].inside_above;
-      }
-    }
-    if (i == cells.size()) return;
-    const int lo = cells[i].k << level, hi = lo + (1 << level);
-    while (c != end && c->cell < lo) winding += (c++)->winding;  // crossings in voxels without surface of their own, by rounding
-    CellSum& sum = sums[i];
-    const int before = winding;
-    if (c == end || c->cell >= hi) {
-      if (before == 0) continue;
-      if (before == 1) ++sum.begun_inside;
-      else sum.rays.add(1, 0, true, true);
-      sum.length += hi - lo;
-      ++sum.inside_above;
-      continue;
-    }
-    const int after = before + c->winding;
-    if ((c + 1 == end || c[1].cell >= hi) && c->coverage == 1 && (before == 0 || before == 1) && (after == 0 || after == 1)) {
-      const double depth = std::clamp<double>(c->w, lo, hi);
-      if (before == 1) {
-        ++sum.begun_inside;
-        if (c->winding == 0) sum.rays.add_met_inside(1);
-        sum.length += (after == 1 ? hi : depth) - lo;
-      } else {
-        ++sum.met_once;
-        if (after == 1) sum.length += hi - depth;
-      }
-      sum.inside_above += after;
-      winding = after;
-      ++c;
-      continue;
-    }
-    bool stopped = before != 0, overlap = before != 0 && before != 1;
-    double open = 1, met = 0, from = lo;
-    for (; c != end && c->cell < hi; ++c) {
-      if (winding != 0) sum.length += std::max(0.0, c->w - from);
-      from = c->w;
-      winding += c->winding;
-      stopped = stopped || winding != 0;
-      overlap = overlap || (winding != 0 && winding != 1);
-      open *= 1 - static_cast<double>(c->coverage);
-      met += c->winding == 0 ? static_cast<double>(c->coverage) : c->winding > 0 ? 1 : 0;
-    }
-    if (winding != 0) { sum.length += std::max(0.0, hi - from); ++sum.inside_above; }
-    sum.rays.add(stopped ? 1 : 1 - open, met, before != 0, overlap);
-  }
-}
-
-// Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th ray, staggered. Rows count from the
-// voxel's first, so that every voxel has the same rays.
-struct RayStep {
-  int shift, step;
-  explicit RayStep(int level) : shift(std::max(0, level - 1)), step(1 << shift) {}
-  [[nodiscard]] bool row(std::int64_t r) const { return (r & (step - 1)) == step / 2; }
-  [[nodiscard]] int first_column(std::int64_t r) const { return static_cast<int>((r >> shift) * 7 & (step - 1)); }
-};
-
-// Rows of a bundle that one of the levels [first, last) uses.
-std::vector<char> used_rows(const Bundle& bundle, int first, int last) {
-  std::vector<char> used(static_cast<std::size_t>(bundle.nv) * static_cast<std::size_t>(bundle.pattern.rows), 0);
-  for (int level = first; level < last; ++level) {
-    const RayStep step(level);
-    for (std::size_t row = 0; row < used.size(); ++row)
-      if (step.row(static_cast<std::int64_t>(row))) used[row] = 1;
-  }
-  return used;
-}
-
-struct Tracer {
-  const Bundle& bundle;
-  std::span<const LevelView> views;
-  std::vector<OpacitySums>& sums;             // of this axis, per level
-  VisibilityResult& result;
-  std::vector<float>& lengths;                // of this axis: inside length of all rays, per level-0 voxel; empty: not needed
-  std::vector<float>& gain;                   // of this axis, per level-0 voxel: see SliceColumn; empty without slices
-  std::vector<float>& missed;
-  SlabSums& slabs;
-  int low, high;                              // voxels of the columns: all, or the slab's
-  std::vector<double>* begins_inside;         // SlabSums', of this axis; null: 0 everywhere
-  std::vector<double>& exact_solid;           // per level-0 voxel: filled fraction where exactly known, else −1; rays along z only
-  int levels;                                 // how many of them are traced
-  const VisibilityOptions& options;
-  const SliceShader& shade;
-  // Of level 0; a voxel's rays along one axis are all in one band, so adding needs no order. Null: not wanted.
-  std::vector<Moments>* visible;
-  mutable std::vector<double> weights{};
-
-  std::span<const Crossing> ray(const Band& band, std::size_t id) const {
-    return {band.crossings.data() + band.first[id], band.crossings.data() + band.first[id + 1]};
-  }
-
-  // The part of a cell's surface that a ray sees first from either side, weighted so that surface seen along all three axes counts
-  // its area: a ray's share of a face over |nx| + |ny| + |nz|, the rays it gets from the three axes together (Ratib 1997 §3.3.1).
-  void add_visible(std::span<const Crossing> list, std::span<const Cell> cells) const {
-    std::size_t c = 0;
-    int winding = 0;
-    for (const Cell& cell : cells) {
-      for (; c < list.size() && list[c].cell < cell.k; ++c) winding += list[c].winding;
-      const std::size_t first = c;
-      double front = winding == 0 ? 1 : 0;
-      std::vector<double>& seen = weights;
-      seen.clear();
-      for (; c < list.size() && list[c].cell == cell.k; ++c) {
-        seen.push_back(front * static_cast<double>(list[c].coverage));
-        winding += list[c].winding;
-        front = winding != 0 ? 0 : front * (1 - static_cast<double>(list[c].coverage));
-      }
-      double back = winding == 0 ? 1 : 0;
-      int inside = winding;
-      for (std::size_t i = c; i-- > first;) {
-        const double from_back = back * static_cast<double>(list[i].coverage);
-        add_surface(list[i], std::max(seen[i - first], from_back), cell.index);
-        inside -= list[i].winding;
-        back = inside != 0 ? 0 : back * (1 - static_cast<double>(list[i].coverage));
-      }
-    }
-  }
-
-  void add_surface(const Crossing& c, double weight, std::int64_t voxel) const {
-    if (!(weight > 0)) return;
-    if (const FibreSegment* fibre = crossed_fibre(bundle, c)) return add_fibre_seen(*fibre, weight, voxel);
-    const Face face = crossed_face(bundle, c);
-    const V3d n = triangle_normal(face.p[0], face.p[1], face.p[2]) * static_cast<double>(face.turn);
-    const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
-    if (!(sum > 0)) return;
-    const double area = weight / (sum * bundle.pattern.rays());
-    (*visible)[static_cast<std::size_t>(voxel)].add(n, area, !bundle.plan->is_two_sided(face.winding, face.material));
-  }
-
-  // A piece's whole wall goes with the rays its three shadows get.
-  void add_fibre_seen(const FibreSegment& fibre, double weight, std::int64_t voxel) const {
-    const FibreShape shape = fibre_shape(fibre);
-    const double rays = shape.shadow.x + shape.shadow.y + shape.shadow.z;
-    if (!(rays > 0)) return;
-    Moments m;
-    m.covered = shape.area;
-    m.xx = m.yy = m.zz = shape.across;
-    add_outer(m, shape.t, shape.along - shape.across);
-    (*visible)[static_cast<std::size_t>(voxel)].add(m, weight / (rays * bundle.pattern.rays()));
-  }
-
-  void level_column(Worker& w, int level, int cu, int cv, std::vector<InsideRun>* runs) const {
-    const Band& band = w.band;
-    const RayPattern& pattern = bundle.pattern;
-    views[static_cast<std::size_t>(level)].cells(bundle.axes, cu, cv, w.cells);
-    if (level == 0 && low == 0) {
-      if (begins_inside) begin_of(cu, cv) = winding_at_box(band, cu, cv, w.cells);
-      if (bundle.axis == 2 && !slabs.inside.empty()) slabs.inside[0][place_of(cu, cv)] = begins_inside ? begin_of(cu, cv) : 0;
-    }
-    if (w.cells.empty() && !runs) return;
-    // finish_column reads them in another order than they lie in; while the rays are followed they come nearer.
-    for (const Cell& cell : w.cells) prefetch_lines(&views[static_cast<std::size_t>(level)].surface->areas[static_cast<std::size_t>(cell.index)]);
-    w.sums.assign(w.cells.size() + 1, {});
-    const RayStep step(level);
-    const std::int64_t first_row = (std::int64_t{cv} << level) * pattern.rows;
-    const int v0 = std::max(band.v0, cv << level), v1 = std::min(band.v1, (cv + 1) << level);
-    const int u0 = cu << level, u1 = std::min(bundle.nu, (cu + 1) << level);
-    int rays = 0, inside_first = 0;
-    for (std::int64_t row = std::int64_t{v0} * pattern.rows; row < std::int64_t{v1} * pattern.rows; ++row) {
-      if (!step.row(row - first_row)) continue;
-      const std::size_t base = static_cast<std::size_t>(row - std::int64_t{band.v0} * pattern.rows) * static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(pattern.per_row);
-      for (int u = u0 * pattern.per_row + step.first_column(row - first_row); u < u1 * pattern.per_row; u += step.step) {
-        const auto list = ray(band, base + static_cast<std::size_t>(u));
-        ++rays;
-        if (list.empty()) continue;           // meets nothing anywhere: adds nothing
-        if (level == 0 && visible) add_visible(list, w.cells);
-        follow_ray(list.data(), list.data() + list.size(), w.cells, level, low, w.sums, runs ? &inside_first : nullptr);
-      }
-    }
-    fold(w.sums, 1 << level);
-    if (level == 0) {  // all of a level-0 column's rays are in this band
-      for (std::size_t i = 0; i < w.cells.size() && !lengths.empty(); ++i) lengths[static_cast<std::size_t>(w.cells[i].index)] = static_cast<float>(w.sums[i].length);
-      finish_column(0, cu, cv, w.cells, [&](std::size_t i) { return w.sums[i].rays; });
-    } else {
-      for (std::size_t i = 0; i < w.cells.size(); ++i) sums[static_cast<std::size_t>(level)].add(w.cells[i].index, w.sums[i].rays);
-    }
-    if (!runs) return;
-    // Between border voxels all rays agree; half of them decides, should rounding make one differ.
-    int from = low, inside = inside_first;
-    for (std::size_t i = 0; i <= w.cells.size(); ++i) {
-      const int to_cell = i < w.cells.size() ? w.cells[i].k : high;
-      if (2 * inside > rays && to_cell > from) runs->push_back({cu, cv, from, to_cell});
-      if (i == w.cells.size()) break;
-      from = w.cells[i].k + 1;
-      inside = w.sums[i].inside_above;
-    }
-  }
-
-  // The mean winding number of a level-0 column's rays where they enter the box, exactly. Where the column's surface first lets a voxel out the
-  // winding number is the same on all of it, a whole number, so that the rays' mean is near enough; back from there the surface gives the rest.
-  double winding_at_box(const Band& band, int u, int v, std::span<const Cell> cells) const {
-    double lost = 0;
-    std::size_t c = 0;
-    for (; c < cells.size() && cells[c].k == static_cast<int>(c); ++c)
-      lost += views[0].surface->areas[static_cast<std::size_t>(cells[c].index)].outward[bundle.axis];
-    if (static_cast<int>(c) == high) return std::numeric_limits<double>::quiet_NaN();
-    const RayPattern& pattern = bundle.pattern;
-    double winding = 0;
-    for (int r = 0; r < pattern.rows; ++r)
-      for (int j = 0; j < pattern.per_row; ++j) {
-        const std::size_t row = static_cast<std::size_t>(v - band.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r);
-        const std::size_t id = (row * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u)) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
-        for (const Crossing& crossing : ray(band, id)) {
-          if (crossing.cell >= 0) break;
-          winding += crossing.winding;
-        }
-      }
-    return std::round(winding / pattern.rays() - lost) + lost;
-  }
-
-  [[nodiscard]] std::size_t place_of(int u, int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u); }
-  [[nodiscard]] double& begin_of(int u, int v) const { return (*begins_inside)[place_of(u, v)]; }
-
-  // The same of a column at any level, once level 0 is done: the mean of its columns, those beyond the grid being empty.
-  double begin_winding(int level, int cu, int cv) const {
-    double sum = 0;
-    for (int v = cv << level; v < std::min(bundle.nv, (cv + 1) << level); ++v)
-      for (int u = cu << level; u < std::min(bundle.nu, (cu + 1) << level); ++u) sum += begin_of(u, v);
-    return sum * std::pow(0.25, level);
-  }
-
-  // Opacity of a column's voxels, once all its rays have been followed. The inside share of each near wall adds up along the column.
-  // `met_in(i)`: the sums of cells[i].
-  template <class Met>
-  void finish_column(int level, int cu, int cv, std::span<const Cell> cells, Met&& met_in) const {
-    const auto l = static_cast<std::size_t>(level), axis = static_cast<std::size_t>(bundle.axis);
-    const RayStep step(level);
-    const double face = std::pow(4.0, level), rays = bundle.pattern.rays() * face / (static_cast<double>(step.step) * step.step);
-    std::vector<double>* carried = bundle.axis == 2 && !slabs.inside.empty() ? &slabs.inside[l] : nullptr;
-    const std::size_t column = static_cast<std::size_t>(cv) * static_cast<std::size_t>(((bundle.nu - 1) >> level) + 1) + static_cast<std::size_t>(cu);
-    double inside = carried && low > 0 ? (*carried)[column] : begins_inside ? begin_winding(level, cu, cv) : 0;
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-      const auto i = static_cast<std::size_t>(cells[c].index);
-      const Areas& p = views[l].surface->areas[i];
-      const RaySums met = met_in(c);
-      double sampled = 0;
-      double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
-      const double crossings = p.crossings[bundle.axis] / face;
-      if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0) alpha = std::min(alpha, crossings);  // no filled matter: only surface stops
-      const double near_inside = inside;
-      inside -= p.outward[bundle.axis] / face;
-      Visibility& to = result.levels[l];
-      to.alpha[axis][i] = static_cast<float>(alpha);
-      if (level > 0) continue;
-      // The filled fraction is known exactly too, by the surface alone, where matter does not overlap.
-      if (const double filled = near_inside - p.lost; axis == 2 && met.w == 0 && filled > -1e-6 && filled < 1 + 1e-6) exact_solid[i] = std::clamp(filled, 0.0, 1.0);
-      if (gain.empty()) continue;
-      gain[i] = sampled > 0 ? static_cast<float>(alpha / sampled) : 1.0f;
-      if (sampled > 0) continue;
-      const Surface& surface = *views[0].surface;
-      const double covered = surface.areas[i].covered;
-      const double clear = surface.material.empty() || !(covered > 0) ? 0 : surface.material[i].transparency / covered;
-      missed[i] = static_cast<float>(alpha * (1 - clear));
-    }
-    if (carried) (*carried)[column] = inside;
-  }
-
-  // `runs` collects the inside runs, on one axis only.
-  void band(Worker& w, int index, SliceBand* slices, std::vector<InsideRun>* runs) const {
-    trace_band(bundle, index, w.band, w.trace);
-    const auto axis = static_cast<std::size_t>(bundle.axis);
-    const int count = options.slice_counts[axis], first_slice = first_slice_of(low, count, bundle.nw), last_slice = first_slice_of(high, count, bundle.nw);
-    for (int level = options.first_level; level < levels; ++level) {
-      const int c0 = w.band.v0 >> level, c1 = (w.band.v1 - 1) >> level, cu1 = (bundle.nu - 1) >> level;
-      for (int cv = c0; cv <= c1; ++cv)
-        for (int cu = 0; cu <= cu1; ++cu) level_column(w, level, cu, cv, level == 0 ? runs : nullptr);
-    }
-    if (slices)
-      for (int v = w.band.v0; v < w.band.v1; ++v)
-        for (int u = 0; u < bundle.nu; ++u) {
-          views[0].cells(bundle.axes, u, v, w.cells);
-          slice_column(bundle, w.band, {u, v, count, first_slice, last_slice, w.cells, gain, missed}, shade, w.slice, *slices);
-        }
-  }
-};
 
 // Level-0 inside runs along z -> sets of voxels and whole blocks.
 void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surface& surface, const Grid& grid, Visibility& out) {
@@ -412,86 +44,9 @@ void collect_inside(const std::vector<std::vector<InsideRun>>& runs, const Surfa
   }
 }
 
-}  // namespace
-
-namespace {
-
-// Whether filled matter reaches below the box along the rays, so that some may enter it inside.
-bool matter_begins_inside(const Bundle& bundle) {
-  const Mesh& mesh = bundle.scene->mesh;
-  for (std::size_t t = 0; t < mesh.triangles.size() - bundle.plan->curtains; ++t) {
-    if (bundle.plan->winding[t] == 0) continue;
-    for (const std::uint32_t v : mesh.triangles[t])
-      if (bundle.plan->points[v][bundle.axes.w] < 0) return true;
-  }
-  return false;
-}
-
-// One axis: traces its bundle, leaves opacity in `result`, inside lengths in `lengths` unless that is empty, inside runs in `runs` (rays
-// along z only). Returns how many crossings there are.
-std::int64_t see_axis(const Bundle& bundle, std::span<const Surface> surfaces, const VisibilityOptions& options, const SliceShader& shade, std::vector<float>& lengths,
-                      std::vector<double>& exact_solid, std::vector<std::vector<InsideRun>>& runs, VisibilityResult& result, SlabSums& slabs, const std::function<void(double)>& progress) {
-  const auto a = static_cast<std::size_t>(bundle.axis);
-  const bool volume = options.volume_axes[a];
-  // Slices take their opacity from level 0 too.
-  const int levels = volume && options.recompute ? static_cast<int>(surfaces.size()) : 1;
-  std::vector<LevelView> views;
-  std::vector<OpacitySums> sums(static_cast<std::size_t>(levels));
-  for (std::size_t l = 0; l < static_cast<std::size_t>(levels); ++l) {
-    const auto count = static_cast<std::size_t>(surfaces[l].set.count);
-    views.push_back({&surfaces[l], BlockColumns(surfaces[l].set, bundle.plan->grid.level(static_cast<int>(l)), bundle.axes)});
-    if (l > 0) sums[l].voxels.assign(count, {});
-    result.levels[l].alpha[a].assign(count, 0);
-  }
-  const std::size_t slice_voxels = options.slice_axes[a] ? static_cast<std::size_t>(surfaces[0].set.count) : 0;
-  std::vector<float> gain(slice_voxels, 1.0f), missed(slice_voxels, 0.0f);
-  const bool collects = volume && bundle.axis == 2 && bundle.plan->fill && options.first_level == 0;
-  if (collects) runs.resize(static_cast<std::size_t>(bundle.bands));
-  if (options.slice_axes[a]) slabs.slices[a].resize(static_cast<std::size_t>(bundle.bands));
-
-  // Rays along z pass through all slabs; bands of the others lie in one.
-  const Slab slab{options.slab.z0, std::min(options.slab.z1, bundle.plan->grid.n.z)};
-  const bool along = bundle.axis == 2;
-  std::vector<double>& begins_inside = slabs.begins_inside[a];
-  if (begins_inside.empty() && options.first_level == 0 && matter_begins_inside(bundle)) begins_inside.resize(static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.nv));
-  if (slab.z0 == 0 && slab.z1 == bundle.nw) slabs.inside.clear();
-  else if (along && slab.z0 == 0 && bundle.plan->fill) {
-    slabs.inside.resize(static_cast<std::size_t>(levels));
-    for (int level = 0; level < levels; ++level)
-      slabs.inside[static_cast<std::size_t>(level)].resize(static_cast<std::size_t>(((bundle.nu - 1) >> level) + 1) * static_cast<std::size_t>(((bundle.nv - 1) >> level) + 1));
-  }
-  const Tracer tracer{bundle, views, sums, result, lengths, gain, missed, slabs, along ? slab.z0 : 0, along ? slab.z1 : bundle.nw, begins_inside.empty() ? nullptr : &begins_inside,
-                      exact_solid, levels, options, shade, volume && options.visible_normals ? &result.levels[0].visible : nullptr};
-  const int b0 = along ? 0 : slab.z0 / bundle.band_rows, b1 = along ? bundle.bands : (slab.z1 + bundle.band_rows - 1) / bundle.band_rows;
-  tbb::enumerable_thread_specific<Worker> workers;
-  std::atomic<std::int64_t> met{0};
-  std::atomic<int> done{0};
-  tbb::parallel_for(b0, b1, [&](int b) {
-    Worker& w = workers.local();
-    const auto s = static_cast<std::size_t>(b);
-    Tracer own = tracer;  // it holds a buffer
-    own.band(w, b, options.slice_axes[a] ? &slabs.slices[a][s] : nullptr, collects ? &runs[s] : nullptr);
-    const auto begin = w.band.crossings.begin(), end = begin + w.band.first.back();
-    const bool all = !along || (slab.z0 == 0 && slab.z1 == bundle.nw);
-    met += all ? end - begin : std::count_if(begin, end, [&](const Crossing& c) { return (c.cell >= slab.z0 || slab.z0 == 0) && (c.cell < slab.z1 || slab.z1 == bundle.nw); });
-    progress(static_cast<double>(++done) / (b1 - b0));
-  });
-  for (int level = std::max(1, options.first_level); level < levels; ++level) {
-    const int v0 = along ? 0 : slab.z0 >> level, v1 = along ? bundle.nv : slab.z1;
-    tbb::parallel_for(v0, ((v1 - 1) >> level) + 1, [&](int v) {
-      std::vector<Cell> cells;
-      for (int u = 0; u <= (bundle.nu - 1) >> level; ++u) {
-        views[static_cast<std::size_t>(level)].cells(bundle.axes, u, v, cells);
-        tracer.finish_column(level, u, v, cells, [&](std::size_t i) { return sums[static_cast<std::size_t>(level)].get(cells[i].index); });
-      }
-    });
-  }
-  return met.load();
-}
-
 // Filled fraction of each border voxel; adds them up in `filled`. Where `exact` does not know it: chords along an axis are exact for surface that
 // faces it, while surface beside the rays is met in whole sub-ray rows, so each axis counts as much as the surface in the voxel faces it.
-void fill_fractions(const Surface& surface, const std::array<std::vector<float>, 3>& lengths, std::span<const double> exact, double rays, Visibility& to, double& filled) {
+void fill_fractions(const Surface& surface, const std::array<std::vector<float>, 3>& lengths, std::span<const double> exact, Visibility& to, double& filled) {
   const auto count = static_cast<std::size_t>(surface.set.count);
   to.solid.assign(count, 0);
   for (std::size_t i = 0; i < count; ++i) {
@@ -508,7 +63,7 @@ void fill_fractions(const Surface& surface, const std::array<std::vector<float>,
         plain += static_cast<double>(of_axis[i]);
         ++axes;
       }
-      share = std::min(1.0, (weight > 0 ? length / weight : plain / std::max(1, axes)) / rays);
+      share = std::min(1.0, weight > 0 ? length / weight : plain / std::max(1, axes));
     }
     filled += share;
     to.solid[i] = static_cast<float>(share);
@@ -520,6 +75,32 @@ void fill_fractions(const Surface& surface, const std::array<std::vector<float>,
 }
 
 }  // namespace
+
+std::vector<Bundle> make_bundles(const Scene& scene, const Plan& plan, const TextureSet& textures, const Recipe& recipe, const VisibilityOptions& options, int axis) {
+  const ChosenSamples* chosen = options.first_level == 0 ? options.chosen : nullptr;
+  const auto a = static_cast<std::size_t>(axis);
+  Recipe densest = recipe;
+  if (chosen) densest.samples = *std::max_element(chosen->samples[a].begin(), chosen->samples[a].end());
+  std::vector<Bundle> bundles{make_bundle(scene, plan, textures, densest, axis)};
+  Bundle& first = bundles[0];
+  // One voxel more than the rule of walls can ask for; slices need not end where the slab does.
+  if (axis == 2 && options.slab.z1 < plan.grid.n.z) first.end = options.slab.z1 + 1 + (options.slice_axes[2] ? plan.grid.n.z / options.slice_counts[2] : 0);
+  if (!chosen) return bundles;
+  const std::vector<std::uint8_t>& samples = chosen->samples[a];
+  const auto tiles = static_cast<std::size_t>((first.nu + 7) / 8);
+  const Bundle all = std::move(first);
+  bundles.clear();
+  for (int s = densest.samples; s > 0; --s) {
+    if (std::find(samples.begin(), samples.end(), s) == samples.end()) continue;
+    Bundle& b = bundles.emplace_back(all);
+    b.pattern = make_pattern(recipe.pattern, s);
+    b.columns.resize(static_cast<std::size_t>(b.nu) * static_cast<std::size_t>(b.nv));
+    for (std::size_t v = 0, i = 0; v < static_cast<std::size_t>(b.nv); ++v)
+      for (std::size_t u = 0; u < static_cast<std::size_t>(b.nu); ++u, ++i) b.columns[i] = samples[(v >> 3) * tiles + (u >> 3)] == s;
+  }
+  if (bundles.size() == 1) bundles[0].columns.clear();
+  return bundles;
+}
 
 VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
                             const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, SlabSums& sums, Report& report) {
@@ -533,25 +114,24 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
   // Without filled matter it is known: 0.
   std::vector<double> exact_solid(count, plan.fill ? -1 : 0);
   bool chords = plan.fill && finest;
-  int rays = 0, begun = 0;
+  int begun = 0;
   // z first: it finds the filled fractions that are exactly known, and where all are, no chord is asked for any more.
   for (const int axis : {2, 0, 1}) {
     const auto a = static_cast<std::size_t>(axis);
     if (!options.volume_axes[a] && !options.slice_axes[a]) continue;
-    Bundle bundle = make_bundle(scene, plan, textures, recipe, axis);
-    // One voxel more than the rule of walls can ask for; slices need not end where the slab does.
-    if (axis == 2 && options.slab.z1 < plan.grid.n.z) bundle.end = options.slab.z1 + 1 + (options.slice_axes[2] ? plan.grid.n.z / options.slice_counts[2] : 0);
-    if (!finest) bundle.used = used_rows(bundle, options.first_level, static_cast<int>(surfaces.size()));
-    rays = bundle.pattern.rays();
+    std::vector<Bundle> bundles = make_bundles(scene, plan, textures, recipe, options, axis);
+    if (!finest)
+      for (Bundle& b : bundles) b.used = used_rows(b, options.first_level, static_cast<int>(surfaces.size()), options.coarse_rays);
     if (chords) lengths[a].assign(count, 0);
     const auto progress = [&](double done) { if (report.progress) report.progress("crossings", (begun + done) / 3); };
-    const std::int64_t met = see_axis(bundle, surfaces, options, shade, lengths[a], exact_solid, runs, result, sums, progress);
+    const AxisFound found{.result = result, .slabs = sums, .lengths = chords ? &lengths[a] : nullptr, .exact_solid = &exact_solid, .runs = &runs};
+    const std::int64_t met = see_axis({.bundles = bundles, .surfaces = surfaces, .options = options, .shade = shade}, found, progress);
     if (finest) sums.met[a] = std::max(sums.met[a], std::int64_t{0}) + met;
     ++begun;
     chords = chords && std::any_of(exact_solid.begin(), exact_solid.end(), [](double e) { return e < 0; });
   }
-  if (rays == 0 || !finest) return result;
-  fill_fractions(surfaces[0], lengths, exact_solid, rays, result.levels[0], sums.volume);
+  if (begun == 0 || !finest) return result;
+  fill_fractions(surfaces[0], lengths, exact_solid, result.levels[0], sums.volume);
   if (plan.fill && !runs.empty()) collect_inside(runs, surfaces[0], plan.grid, result.levels[0]);
   sums.inside_count += result.levels[0].inside_count;
   return result;

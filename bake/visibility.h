@@ -28,6 +28,11 @@ inline void add_inside(const V3i& at, const std::array<std::uint64_t, 8>& mask, 
   else if (count > 0) to.inside.add(at, mask);
 }
 
+// Rays chosen for an error of opacity (samples.h): per axis and tile of 8 × 8 columns (row · tiles of a row + column), sub-rays along a voxel's edge.
+struct ChosenSamples {
+  std::array<std::vector<std::uint8_t>, 3> samples;
+};
+
 struct VisibilityOptions {
   std::array<bool, 3> volume_axes{true, true, true};  // bundles whose volume sums are wanted
   std::array<bool, 3> slice_axes{true, true, true};
@@ -35,6 +40,8 @@ struct VisibilityOptions {
   bool visible_normals = false;                 // gather Visibility::visible
   std::array<int, 3> slice_counts{0, 0, 0};
   Slab slab;                                    // the surfaces' voxels are all in it
+  const ChosenSamples* chosen = nullptr;        // null: the recipe's samples everywhere. Then levels from 4 on have to be seen by themselves
+  int coarse_rays = 0;                          // along the edge of coarser levels' voxels, at least, where they have as many
   int first_level = 0;                          // those below are done already: their surfaces are empty, and there are no slices
 };
 
@@ -54,10 +61,13 @@ struct SlabSums {
   std::vector<std::vector<double>> inside;      // per level and column along z: the same where the column leaves the slab. Empty: 0 everywhere
 };
 
+// The bundles of one axis, all columns once between them: one for the recipe's samples, or one for each number chosen, the most first.
+[[nodiscard]] std::vector<Bundle> make_bundles(const Scene& scene, const Plan& plan, const TextureSet& textures, const Recipe& recipe, const VisibilityOptions& options, int axis);
+
 // Traces the three bundles band by band; memory is a band's crossings per thread and the results. Opacity, filled fractions, slices and inside flags are
 // the same, to the bit, however the grid is cut into slabs, unless a column of the first has surface in all its voxels.
 // Opacity: exact for a voxel with one layer of surface; else docs/accuracy.md.
-// Levels 0 and 1 use every ray, coarser ones four times a level-0 voxel's number.
+// Levels 0 and 1 use every ray, 2 to 4 four times a level-0 voxel's number, coarser ones an eighth of all rows and rays.
 [[nodiscard]] VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
                                           const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, SlabSums& sums, Report& report);
 

@@ -1,0 +1,279 @@
+#include "bake/samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake/axis_rays.h"
+
+namespace texel {
+namespace {
+
+constexpr int kFirst = 2;            // rays of the look around
+constexpr int kDraws = 48, kBatches = 8;  // columns drawn at a time, and how often at the most, per axis
+constexpr double kAim = 0.85;        // of the error asked for: what is chosen by some columns is seldom as good on others
+constexpr int kLadder[] = {2, 3, 4, 6, 8, 12, 16, 24, 32};  // rays along a voxel's edge
+constexpr std::size_t kTried = 5;          // of these, at first
+constexpr double kColumnCost = 6;    // of a column, in rays
+constexpr double kConfidence = 1.645;  // one-sided, 95 %
+constexpr double kUnseen = 0.3;      // share of the draws that goes by what the first rays may have overlooked
+
+double to_unit(std::uint64_t x) {  // splitmix64
+  x += 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
+}
+
+// Level 0 of one axis, opacity alone.
+struct Look {
+  const Scene& scene;
+  const Plan& plan;
+  const TextureSet& textures;
+  const Surface& surface;
+  const Recipe& recipe;
+  VisibilityOptions options;
+  const SlabSums& below;
+
+  std::vector<float> alpha(const Bundle& bundle, bool plain, std::vector<float>* doubt) const {
+    VisibilityResult result;
+    result.levels.resize(1);
+    SlabSums sums;
+    sums.begins_inside = below.begins_inside;
+    sums.inside = below.inside;
+    see_axis({.bundles = {&bundle, 1}, .surfaces = {&surface, 1}, .options = options, .shade = {}, .plain = plain}, {.result = result, .slabs = sums, .doubt = doubt}, [](double) {});
+    return std::move(result.levels[0].alpha[static_cast<std::size_t>(bundle.axis)]);
+  }
+};
+
+struct Draw {
+  std::size_t column;
+  double probability;                // of one draw
+  std::vector<double> square;        // error, squared, summed over the column's voxels: per number of rays tried
+};
+
+// Sum of the squared errors over all voxels, estimated, and that estimate's variance.
+struct Estimate { double square = 0, variance = 0; };
+
+struct AxisChooser {
+  int tiles_u = 0, nu = 0;
+  std::vector<int> ladder;
+  std::vector<double> doubt;         // per tile, what its columns were drawn by
+  double all = 0;                    // sum of these
+  std::vector<Draw> draws;
+
+  [[nodiscard]] std::size_t tile_of(std::size_t column) const {
+    const std::size_t u = column % static_cast<std::size_t>(nu), v = column / static_cast<std::size_t>(nu);
+    return (v >> 3) * static_cast<std::size_t>(tiles_u) + (u >> 3);
+  }
+
+  // Of tiles with these places in the ladder, by the draws from `first` on.
+  [[nodiscard]] Estimate estimate(std::span<const std::uint8_t> of_tile, std::size_t first) const {
+    double sum = 0, sum2 = 0;
+    for (std::size_t k = first; k < draws.size(); ++k) {
+      const double x = draws[k].square[of_tile[tile_of(draws[k].column)]] / draws[k].probability;
+      sum += x;
+      sum2 += x * x;
+    }
+    const auto n = static_cast<double>(draws.size() - first);
+    return {std::max(0.0, sum / n), std::max(0.0, sum2 / n - (sum / n) * (sum / n)) / (n - 1)};
+  }
+
+  // Every tile takes what is cheapest for it: its share of the error at that number of rays, and the rays at their price. Places in the ladder.
+  [[nodiscard]] std::vector<std::uint8_t> at_price(double price) const {
+    std::vector<double> error(ladder.size(), 0.0);  // per doubt
+    for (std::size_t s = 0; s < ladder.size(); ++s) {
+      for (const Draw& d : draws) error[s] += d.square[s] / d.probability;
+      error[s] = std::max(0.0, error[s]) / (static_cast<double>(draws.size()) * all);
+    }
+    std::vector<std::uint8_t> of_tile(doubt.size(), 0);
+    for (std::size_t t = 0; t < doubt.size(); ++t) {
+      double least = 0;
+      for (std::size_t s = 0; s < ladder.size(); ++s) {
+        const double cost = error[s] * doubt[t] + price * 64 * (ladder[s] * ladder[s] + kColumnCost);
+        if (s > 0 && !(cost < least)) continue;
+        least = cost;
+        of_tile[t] = static_cast<std::uint8_t>(s);
+      }
+    }
+    return of_tile;
+  }
+
+  // The fewest rays for an error `wanted` by all draws so far; the most where none are enough.
+  [[nodiscard]] std::vector<std::uint8_t> choose(double wanted, double voxels) const {
+    for (double price = 1; price > 1e-12; price *= 0.6) {
+      const std::vector<std::uint8_t> of_tile = at_price(price * all / voxels);
+      const Estimate e = estimate(of_tile, 0);
+      if (e.square + std::sqrt(e.variance) <= wanted) return of_tile;
+    }
+    return std::vector<std::uint8_t>(doubt.size(), static_cast<std::uint8_t>(ladder.size() - 1));
+  }
+};
+
+// The draws of one axis, traced batch by batch.
+struct Batches {
+  const Look& look;
+  const Bundle& bundle;
+  AxisChooser& chooser;
+  std::span<const std::uint32_t> column_of;  // per voxel
+  bool cutouts;
+  std::vector<std::vector<std::size_t>> columns{};  // per batch
+  std::size_t traced = 0;
+
+  void draw(std::span<const double> passed) {
+    std::vector<std::size_t>& drawn = columns.emplace_back();
+    const std::size_t number = static_cast<std::size_t>(bundle.axis) * kBatches + columns.size() - 1;
+    for (int k = 0; k < kDraws; ++k) {
+      const double at = (k + to_unit(number * kDraws + static_cast<std::size_t>(k))) / kDraws * passed.back();
+      const auto above = std::upper_bound(passed.begin() + 1, passed.end() - 1, at);
+      drawn.push_back(static_cast<std::size_t>(above - passed.begin()) - 1);
+    }
+  }
+
+  // The next batch: what each number of rays errs by.
+  void trace(double max_error, std::span<const double> passed) {
+    if (traced == columns.size()) draw(passed);
+    const std::vector<std::size_t>& drawn = columns[traced++];
+    std::vector<char> mask(passed.size() - 1, 0);
+    for (const std::size_t c : drawn) mask[c] = 1;
+    Bundle narrow = narrow_bundle(bundle, mask);
+    std::vector<std::uint32_t> voxels;         // over the columns drawn
+    for (std::uint32_t i = 0; i < column_of.size(); ++i)
+      if (mask[column_of[i]] != 0) voxels.push_back(i);
+    const auto alpha_at = [&](int samples, bool plain) {
+      narrow.pattern = make_pattern(look.recipe.pattern, samples);
+      return look.alpha(narrow, plain, nullptr);
+    };
+    // Two truths: their own errors have nothing to do with each other, so the product of the differences from both has the error's square as its mean, however
+    // rough they are; that of one difference would add the truth's. More rays keep it from scattering.
+    const int samples = std::clamp(static_cast<int>(std::ceil((cutouts ? 0.1 : 0.06) / max_error)), std::max(cutouts ? 16 : 12, chooser.ladder.back() + 4), 40);
+    const std::vector<float> truth = alpha_at(samples, cutouts), other = alpha_at(samples + 1, cutouts);
+    std::vector<double> square(mask.size(), 0.0);
+    const std::size_t first = chooser.draws.size();
+    for (const std::size_t c : drawn) chooser.draws.push_back({c, (passed[c + 1] - passed[c]) / passed.back(), {}});
+    for (const int s : chooser.ladder) {
+      const std::vector<float> alpha = alpha_at(s, false);
+      for (const std::size_t c : drawn) square[c] = 0;
+      for (const std::uint32_t i : voxels) {
+        const auto x = static_cast<double>(alpha[i]);
+        square[column_of[i]] += (x - static_cast<double>(truth[i])) * (x - static_cast<double>(other[i]));
+      }
+      for (std::size_t k = first; k < chooser.draws.size(); ++k) chooser.draws[k].square.push_back(square[chooser.draws[k].column]);
+    }
+  }
+};
+
+}  // namespace
+
+SampleChoice choose_samples(const Scene& scene, const Plan& plan, const TextureSet& textures, const Surface& surface, const Recipe& recipe, const VisibilityOptions& options, const SlabSums& below,
+                            bool cutouts, Report& report) {
+  SampleChoice choice;
+  const auto count = static_cast<std::size_t>(surface.set.count);
+  choice.voxels = static_cast<double>(count);
+  Look look{scene, plan, textures, surface, recipe, options, below};
+  look.options.slice_axes = {false, false, false};
+  look.options.volume_axes = {true, true, true};
+  look.options.visible_normals = false;
+  look.options.chosen = nullptr;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const BundleAxes axes = bundle_axes(axis);
+    const int nu = plan.grid.n[axes.u], nv = plan.grid.n[axes.v], tiles_u = (nu + 7) / 8;
+    const auto tiles = static_cast<std::size_t>(tiles_u) * static_cast<std::size_t>((nv + 7) / 8);
+    choice.chosen.samples[a].assign(tiles, kFirst);
+    if (count == 0 || (!options.volume_axes[a] && !options.slice_axes[a])) continue;
+    const auto tell = [&](double done) { if (report.progress) report.progress("choosing rays", (axis + done) / 3); };
+    tell(0);
+
+    // Where the first rays leave doubt.
+    Recipe first = recipe;
+    first.samples = kFirst;
+    Bundle bundle = make_bundles(scene, plan, textures, first, look.options, axis)[0];
+    std::vector<float> doubts(count, 0.0f);
+    (void)look.alpha(bundle, false, &doubts);
+    // Where surface faces both ways along the rays, or is open, some of it may lie behind some other between them, too.
+    const auto unseen = [&](std::size_t i) {
+      const Areas& p = surface.areas[i];
+      const double behind = std::clamp(p.crossings[axis] - std::abs(p.outward[axis]), 0.0, 1.0);
+      // And what is said of the edges of cut-outs is not exact.
+      const double there = p.area > 0 ? std::clamp(p.covered / p.area, 0.0, 1.0) : 1;
+      return behind + 4 * there * (1 - there);
+    };
+    double seen = 0, all_unseen = 1e-12;
+    for (std::size_t i = 0; i < count; ++i) {
+      seen += static_cast<double>(doubts[i]);
+      all_unseen += unseen(i);
+    }
+    const double weight = std::max(1e-3, kUnseen / (1 - kUnseen) * seen / all_unseen);
+    AxisChooser chooser;
+    chooser.tiles_u = tiles_u;
+    chooser.nu = nu;
+    chooser.doubt.assign(tiles, 0.0);
+    std::vector<double> by_column(static_cast<std::size_t>(nu) * static_cast<std::size_t>(nv), 0.0);
+    std::vector<std::uint32_t> column_of(count);
+    std::vector<char> met(tiles, 0);
+    for_each_voxel(surface.set, [&](const V3i& v, std::int64_t i) {
+      const std::size_t column = static_cast<std::size_t>(v[axes.v]) * static_cast<std::size_t>(nu) + static_cast<std::size_t>(v[axes.u]);
+      const double d = static_cast<double>(doubts[static_cast<std::size_t>(i)]) + weight * unseen(static_cast<std::size_t>(i)) + 1e-9;
+      column_of[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(column);
+      by_column[column] += d;
+      const std::size_t tile = chooser.tile_of(column);
+      chooser.doubt[tile] += d;
+      met[tile] = 1;
+    });
+    // Columns by their doubt, some tens at a time, one in each of as many equal parts of it; more of them while the error is not known well enough.
+    std::vector<double> passed(by_column.size() + 1, 0.0);
+    for (std::size_t c = 0; c < by_column.size(); ++c) passed[c + 1] = passed[c] + by_column[c];
+    chooser.all = passed.back();
+    std::size_t tried = kTried;
+    chooser.ladder.assign(kLadder, kLadder + tried);
+    Batches batches{look, bundle, chooser, column_of, cutouts, {}};
+    const double wanted = recipe.max_error * recipe.max_error * static_cast<double>(count);
+    std::vector<std::uint8_t> of_tile;
+    Estimate seen_by_others;                   // columns that had no part in the choice
+    bool found = false;
+    batches.trace(recipe.max_error, passed);
+    while (!found && batches.traced < kBatches) {
+      of_tile = chooser.choose(kAim * kAim * wanted, static_cast<double>(count));
+      const double square = chooser.estimate(of_tile, 0).square;
+      if (square > wanted && tried < std::size(kLadder)) {
+        // Too few even of the most. The error falls about as the number of rays along an edge to −3/2.
+        const double needed = kLadder[tried - 1] * std::cbrt(square / (kAim * kAim * wanted));
+        ++tried;
+        while (tried < std::size(kLadder) && kLadder[tried - 1] < needed) ++tried;
+        chooser.ladder.assign(kLadder + tried - kTried, kLadder + tried);
+        chooser.draws.clear();
+        batches.traced = 0;
+        batches.trace(recipe.max_error, passed);
+        continue;
+      }
+      const std::size_t others = chooser.draws.size();
+      batches.trace(recipe.max_error, passed);
+      seen_by_others = chooser.estimate(of_tile, others);
+      found = seen_by_others.square + kConfidence * std::sqrt(seen_by_others.variance) <= wanted;
+      tell(0.3 + 0.7 * static_cast<double>(batches.traced) / kBatches);
+    }
+    choice.met = choice.met && found;
+    choice.square[a] = seen_by_others.square;
+    choice.variance[a] = seen_by_others.variance;
+    double rays = 0, with_surface = 0;
+    for (std::size_t t = 0; t < tiles; ++t) {
+      const int s = chooser.ladder[of_tile[t]];
+      choice.chosen.samples[a][t] = static_cast<std::uint8_t>(s);
+      if (met[t] == 0) continue;
+      rays += s * s;
+      with_surface += 1;
+    }
+    choice.rays[a] = rays / std::max(1.0, with_surface);
+    tell(1);
+  }
+  return choice;
+}
+
+int coarse_rays_for(double max_error, bool beyond) {
+  const int wanted = static_cast<int>(std::clamp(std::ceil(0.32 / max_error), 8.0, 64.0));
+  return beyond ? wanted : std::min(wanted, 16);
+}
+
+int finest_cut_for(double max_error) { return static_cast<int>(std::clamp(std::ceil(0.04 / max_error), 4.0, 24.0)); }
+
+}  // namespace texel
