@@ -61,21 +61,22 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
   const double face = std::pow(4.0, level);  // level-0 voxel faces in one of the coarse level's
   const BlockIndex parents(coarse.set, coarse_voxels);
   std::vector<double> solid(count, 0.0);
-  // Opacity: per parent and axis, the share that passes each of the four columns.
-  std::array<std::vector<std::array<float, 4>>, 3> open;
+  // Opacity: per parent and axis, the share that each of the four columns stops. Of what passes, a float would not tell a faint voxel from none.
+  std::array<std::vector<std::array<double, 4>>, 3> stopped;
   for (std::size_t a = 0; a < 3; ++a) {
-    if (opacity && !fine_seen.alpha[a].empty()) open[a].assign(count, {1, 1, 1, 1});
+    if (opacity && !fine_seen.alpha[a].empty()) stopped[a].assign(count, {0, 0, 0, 0});
   }
-  const auto pass = [&](std::size_t axis, std::int64_t parent, const V3i& voxel, float alpha) {
+  const auto pass = [&](std::size_t axis, std::int64_t parent, const V3i& voxel, double alpha) {
     const int u = axis == 0 ? voxel.y & 1 : voxel.x & 1, v = axis == 2 ? voxel.y & 1 : voxel.z & 1;
-    open[axis][static_cast<std::size_t>(parent)][static_cast<std::size_t>(u + 2 * v)] *= 1 - alpha;
+    double& column = stopped[axis][static_cast<std::size_t>(parent)][static_cast<std::size_t>(u + 2 * v)];
+    column += alpha * (1 - column);
   };
   for_each_voxel(fine.set, [&](const V3i& voxel, std::int64_t i) {
     const std::int64_t p = find(coarse.set, parents, V3i(voxel.x >> 1, voxel.y >> 1, voxel.z >> 1));
     const auto from = static_cast<std::size_t>(i), to = static_cast<std::size_t>(p);
     if (!fine_seen.solid.empty()) solid[to] += static_cast<double>(fine_seen.solid[from]) / 8;
     for (std::size_t a = 0; a < 3; ++a) {
-      if (!open[a].empty()) pass(a, p, voxel, fine_seen.alpha[a][from]);
+      if (!stopped[a].empty()) pass(a, p, voxel, static_cast<double>(fine_seen.alpha[a][from]));
     }
   });
   // Inside children of a border parent. Whole inside blocks are at most half of a parent block and are visited voxel by voxel only
@@ -85,7 +86,7 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
     if (p < 0) return;
     solid[static_cast<std::size_t>(p)] += 1.0 / 8;
     for (std::size_t a = 0; a < 3; ++a)
-      if (!open[a].empty()) pass(a, p, voxel, 1);
+      if (!stopped[a].empty()) pass(a, p, voxel, 1);
   };
   for_each_voxel(fine_seen.inside, [&](const V3i& voxel, std::int64_t) { inside_child(voxel); });
   for (const V3i& at : fine_seen.inside_blocks) {
@@ -103,15 +104,16 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
   }
   coarse_seen.solid.assign(solid.begin(), solid.end());
   for (std::size_t a = 0; a < 3; ++a) {
-    if (!opacity)  // recomputed: as level 0 has it, see fill_fractions
-      for (std::size_t i = 0; i < coarse_seen.alpha[a].size(); ++i)
-        if (!(solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(coarse.areas[i].crossings[static_cast<int>(a)] / face));
-    if (open[a].empty()) continue;
-    coarse_seen.alpha[a].resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto& o = open[a][i];
-      coarse_seen.alpha[a][i] = 1 - (o[0] + o[1] + o[2] + o[3]) / 4;
+    if (!stopped[a].empty()) {
+      coarse_seen.alpha[a].resize(count);
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto& s = stopped[a][i];
+        coarse_seen.alpha[a][i] = static_cast<float>((s[0] + s[1] + s[2] + s[3]) / 4);
+      }
     }
+    // As level 0 has it, see fill_fractions.
+    for (std::size_t i = 0; i < coarse_seen.alpha[a].size(); ++i)
+      if (!(solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(coarse.areas[i].crossings[static_cast<int>(a)] / face));
   }
   merge_inside(fine_seen, coarse_voxels, coarse_seen);
 }
