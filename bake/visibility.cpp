@@ -54,6 +54,8 @@ struct LevelView {
   }
 };
 
+constexpr double kNoMatter = 1e-9;           // of a face: above what adding up along a column rounds, far below what a float of alpha shows beside a ray
+
 struct InsideRun { std::int32_t u, v, first, last; };  // voxels of a level-0 column that are wholly inside
 
 struct CellSum {
@@ -342,7 +344,8 @@ struct Tracer {
       double sampled = 0;
       double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
       const double crossings = p.crossings[bundle.axis] / face;
-      if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0) alpha = std::min(alpha, crossings);  // no filled matter: only surface stops
+      // No filled matter: only surface stops. That no ray has met matter is not enough: a layer thinner than their distance lies between them.
+      if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0 && !(inside > kNoMatter)) alpha = std::min(alpha, crossings);
       const double near_inside = inside;
       inside -= p.outward[bundle.axis] / face;
       Visibility& to = result.levels[l];
