@@ -94,7 +94,7 @@ constexpr double kAny = std::numeric_limits<double>::infinity();
 constexpr Range kRanges[] = {
     {"density", 0, kAny}, {"Cd", 0, kAny},    {"alpha", 0, 1}, {"solid", 0, 1},     {"area", 0, kAny},       {"coverage", 0, 1},
     {"crossings", 0, kAny}, {"kd", 0, kAny},  {"ks", 0, kAny}, {"roughness", 0, 1}, {"transparency", 0, 1},  {"emission", 0, kAny},
-    {"normal", -1, 1},    {"S_diag", 0, 1},   {"S_off", -1, 1}, {"axis_1", -1, 1},  {"axis_2", -1, 1},
+    {"normal", -1, 1},    {"S_diag", 0, 1},   {"S_off", -1, 1}, {"axis_1", -100, 100},  {"axis_2", -100, 100},
 };
 
 void check_ranges(const Field& f, const std::string& file, Findings& findings) {
