@@ -54,6 +54,10 @@ struct LevelView {
   }
 };
 
+// Voxels. Where a ray grazes an edge of a solid, or passes from one solid into another that it touches, rounding may take the farther of two crossings first: for so
+// long a winding number of -1 or 2 is no overlap. The rays' places are rounded to 2^-17 voxel, depths on faces up to 1:64 steep to less than this.
+constexpr double kTouching = 0x1p-10;
+
 constexpr double kNoMatter = 1e-9;           // of a face: above what adding up along a column rounds, far below what a float of alpha shows beside a ray
 
 struct InsideRun { std::int32_t u, v, first, last; };  // voxels of a level-0 column that are wholly inside
@@ -138,18 +142,22 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
       ++c;
       continue;
     }
-    bool stopped = before != 0, overlap = before != 0 && before != 1;
+    bool stopped = before != 0, overlap = false;
     double open = 1, met = 0, from = lo;
+    const auto pass_to = [&](double depth) {
+      if (winding != 0) sum.length += std::max(0.0, depth - from);
+      overlap = overlap || (winding != 0 && winding != 1 && depth - from > kTouching);
+    };
     for (; c != end && c->cell < hi; ++c) {
-      if (winding != 0) sum.length += std::max(0.0, c->w - from);
+      pass_to(c->w);
       from = c->w;
       winding += c->winding;
       stopped = stopped || winding != 0;
-      overlap = overlap || (winding != 0 && winding != 1);
       open *= 1 - static_cast<double>(c->coverage);
       met += c->winding == 0 ? static_cast<double>(c->coverage) : c->winding > 0 ? 1 : 0;
     }
-    if (winding != 0) { sum.length += std::max(0.0, hi - from); ++sum.inside_above; }
+    pass_to(hi);
+    sum.inside_above += winding != 0;
     sum.rays.add(stopped ? 1 : 1 - open, met, before != 0, overlap);
   }
 }
