@@ -592,6 +592,8 @@ Visibility join_visibility(std::vector<Visibility>& parts) {
     append(all.inside_blocks, part.inside_blocks);
     for (const Block& block : part.inside.blocks) all.inside.add(block.at, block.mask);
     all.inside_count += part.inside_count;
+    for (const Block& block : part.edge.blocks) all.edge.add(block.at, block.mask);
+    append(all.edges, part.edges);
   }
   return all;
 }
