@@ -92,12 +92,18 @@ struct Worker {                               // reused buffers of one thread
 };
 
 // Follows one ray through the border voxels of its column, from crossing to crossing. Cells are level-`level` voxels. `sums` has one more
-// than cells, for what begins to pass beyond the last. The column begins at `start`, voxels of level 0.
-void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, int start, std::span<CellSum> sums, int* inside_first) {
+// than cells, for what begins to pass beyond the last. The column is voxels [start, stop) of level 0.
+void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, int start, int stop, std::span<CellSum> sums, int* inside_first) {
   int winding = 0;
   const int below = cells.empty() ? start : cells.front().k << level;
   while (c != end && c->cell < below) winding += (c++)->winding;
   if (inside_first) *inside_first += winding != 0;
+  // Crossings in voxels without surface of their own, by rounding or since only a corner lies in their wall: what is beyond cell i - 1 begins behind them.
+  const auto cross_between = [&](std::size_t i, int until) {
+    const bool inside = winding != 0;
+    while (c != end && c->cell < until) winding += (c++)->winding;
+    if (i > 0) sums[i - 1].inside_above += (winding != 0) - inside;
+  };
   for (std::size_t i = 0; i < cells.size(); ++i) {
     // Cells up to the next crossing's are passed through.
     const std::size_t from_cell = i;
@@ -113,9 +119,9 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
         ++sums[j].inside_above;
       }
     }
-    if (i == cells.size()) return;
+    if (i == cells.size()) break;
     const int lo = cells[i].k << level, hi = lo + (1 << level);
-    while (c != end && c->cell < lo) winding += (c++)->winding;  // crossings in voxels without surface of their own, by rounding
+    cross_between(i, lo);
     CellSum& sum = sums[i];
     const int before = winding;
     if (c == end || c->cell >= hi) {
@@ -160,6 +166,7 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
     sum.inside_above += winding != 0;
     sum.rays.add(stopped ? 1 : 1 - open, met, before != 0, overlap);
   }
+  cross_between(cells.size(), stop);
 }
 
 // Which rays a level uses: every one up to level 1; then every 2^(level−1)th row, and in it every 2^(level−1)th ray, staggered. Rows count from the
@@ -280,7 +287,7 @@ struct Tracer {
         ++rays;
         if (list.empty()) continue;           // meets nothing anywhere: adds nothing
         if (level == 0 && visible) add_visible(list, w.cells);
-        follow_ray(list.data(), list.data() + list.size(), w.cells, level, low, w.sums, runs ? &inside_first : nullptr);
+        follow_ray(list.data(), list.data() + list.size(), w.cells, level, low, high, w.sums, runs ? &inside_first : nullptr);
       }
     }
     fold(w.sums, 1 << level);
