@@ -120,7 +120,7 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
       }
     }
     if (i == cells.size()) break;
-    const int lo = cells[i].k << level, hi = lo + (1 << level);
+    const int lo = cells[i].k << level, hi = std::min(lo + (1 << level), stop);  // what juts out of the grid is empty
     cross_between(i, lo);
     CellSum& sum = sums[i];
     const int before = winding;
