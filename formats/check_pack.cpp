@@ -159,12 +159,13 @@ void check_alpha(const Level& level, const std::string& file, Findings& findings
   if (!alpha || !crossings) return;
   Tally bad(findings, "pack-alpha-crossings", file, "alpha is more than the crossings can stop");
   const double step = step_of(*alpha->channel), other = step_of(*crossings->channel);
+  const double floor = 3 * kHalfFloor;  // of alpha, crossings, and of matter too little to be stored as such
   alpha->each([&](const V3i& v, const float* a, int) {
     const float* s = solid ? solid->at(v) : nullptr;
     if (s && s[0] > 0) return;
     const float* c = crossings->at(v);
     for (int k = 0; k < 3; ++k)
-      if (const double most = c ? c[k] : 0; a[k] * (1 - step) > most * (1 + other) + kHalfFloor) return bad.add(v, a[k]);
+      if (const double most = c ? c[k] : 0; a[k] * (1 - step) > most * (1 + other) + floor) return bad.add(v, a[k]);
   });
 }
 
