@@ -154,12 +154,13 @@ void check_sggx(const Level& level, const std::string& file, Findings& findings)
 }
 
 // A ray is stopped by surface it crosses or by filled matter it is in: alpha_k <= crossings_k, but for voxels with matter.
-void check_alpha(const Level& level, const std::string& file, Findings& findings) {
+void check_alpha(const Level& level, int number, const std::string& file, Findings& findings) {
   const auto alpha = field(level, "alpha", 3), crossings = field(level, "crossings", 3), solid = field(level, "solid", 1);
   if (!alpha || !crossings) return;
   Tally bad(findings, "pack-alpha-crossings", file, "alpha is more than the crossings can stop");
   const double step = step_of(*alpha->channel), other = step_of(*crossings->channel);
-  const double floor = 3 * kHalfFloor;  // of alpha, crossings, and of matter too little to be stored as such
+  // Halves' steps of alpha and crossings; and of matter too little to be stored, which a ray along a wall may meet in each voxel of level 0 one after the other.
+  const double floor = (2 + std::ldexp(1.0, number)) * kHalfFloor;
   alpha->each([&](const V3i& v, const float* a, int) {
     const float* s = solid ? solid->at(v) : nullptr;
     if (s && s[0] > 0) return;
@@ -218,7 +219,7 @@ void check_levels(const std::vector<Level>& levels, Findings& findings) {
       for (const Channel& c : layer.channels) check_ranges({&layer, &c}, file, findings);
     check_normals(levels[l], file, findings);
     check_sggx(levels[l], file, findings);
-    check_alpha(levels[l], file, findings);
+    check_alpha(levels[l], static_cast<int>(l), file, findings);
     if (l == 0) continue;
     check_area(levels[0], levels[l], file, findings);
     check_cover(levels[l - 1], levels[l], file, findings);
