@@ -177,11 +177,9 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
         coarse_seen.alpha[a][i] = static_cast<float>((s[0] + s[1] + s[2] + s[3]) / 4);
       }
     }
-    // What stops a ray is surface it crosses, or matter that it passes through from wall to wall. Without matter as level 0 has it, see fill_fractions; filtered
-    // opacity, which takes one child for independent of the one before it, counts a wall seen edge on in each of them.
+    // As level 0 has it, see fill_fractions.
     for (std::size_t i = 0; i < coarse_seen.alpha[a].size(); ++i)
-      if (opacity) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(coarse.areas[i].crossings[static_cast<int>(a)] / face) + coarse_seen.solid[i]);
-      else if (!(coarse_seen.solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(coarse.areas[i].crossings[static_cast<int>(a)] / face));
+      if (!(coarse_seen.solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(coarse.areas[i].crossings[static_cast<int>(a)] / face));
   }
   merge_inside(fine_seen, coarse_voxels, coarse_seen);
 }
