@@ -358,7 +358,7 @@ struct Tracer {
       const RaySums met = met_in(c);
       double sampled = 0;
       double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
-      const double crossings = p.crossings[bundle.axis] / face;
+      const double crossings = std::max(p.crossings[bundle.axis], p.stopping[bundle.axis]) / face;  // matter is there where its surface is cut out, too
       // No filled matter: only surface stops. That no ray has met matter is not enough: a layer thinner than their distance lies between them.
       if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0 && !(inside > kNoMatter)) alpha = std::min(alpha, crossings);
       const double near_inside = inside;
