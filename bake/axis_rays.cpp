@@ -52,6 +52,12 @@ struct LevelView {
   }
 };
 
+// Voxels. Where a ray grazes an edge of a solid, or passes from one solid into another that it touches, rounding may take the farther of two crossings first: for so
+// long a winding number of -1 or 2 is no overlap. The rays' places are rounded to 2^-17 voxel, depths on faces up to 1:64 steep to less than this.
+constexpr double kTouching = 0x1p-10;
+
+constexpr double kNoMatter = 1e-9;           // of a face: above what adding up along a column rounds, far below what a float of alpha shows beside a ray
+
 struct CellSum {
   RaySums rays;
   double length = 0;                          // inside, over all rays; voxels of level 0
@@ -82,12 +88,18 @@ struct Worker {                               // reused buffers of one thread
 };
 
 // Follows one ray through the border voxels of its column, from crossing to crossing. Cells are level-`level` voxels. `sums` has one more
-// than cells, for what begins to pass beyond the last. The column begins at `start`, voxels of level 0.
-void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, int start, std::span<CellSum> sums, int* inside_first) {
+// than cells, for what begins to pass beyond the last. The column is voxels [start, stop) of level 0.
+void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> cells, int level, int start, int stop, std::span<CellSum> sums, int* inside_first) {
   int winding = 0;
   const int below = cells.empty() ? start : cells.front().k << level;
   while (c != end && c->cell < below) winding += (c++)->winding;
   if (inside_first) *inside_first += winding != 0;
+  // Crossings in voxels without surface of their own, by rounding or since only a corner lies in their wall: what is beyond cell i - 1 begins behind them.
+  const auto cross_between = [&](std::size_t i, int until) {
+    const bool inside = winding != 0;
+    while (c != end && c->cell < until) winding += (c++)->winding;
+    if (i > 0) sums[i - 1].inside_above += (winding != 0) - inside;
+  };
   for (std::size_t i = 0; i < cells.size(); ++i) {
     // Cells up to the next crossing's are passed through.
     const std::size_t from_cell = i;
@@ -103,9 +115,9 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
         ++sums[j].inside_above;
       }
     }
-    if (i == cells.size()) return;
-    const int lo = cells[i].k << level, hi = lo + (1 << level);
-    while (c != end && c->cell < lo) winding += (c++)->winding;  // crossings in voxels without surface of their own, by rounding
+    if (i == cells.size()) break;
+    const int lo = cells[i].k << level, hi = std::min(lo + (1 << level), stop);  // what juts out of the grid is empty
+    cross_between(i, lo);
     CellSum& sum = sums[i];
     const int before = winding;
     if (c == end || c->cell >= hi) {
@@ -132,20 +144,25 @@ void follow_ray(const Crossing* c, const Crossing* end, std::span<const Cell> ce
       ++c;
       continue;
     }
-    bool stopped = before != 0, overlap = before != 0 && before != 1;
+    bool stopped = before != 0, overlap = false;
     double open = 1, met = 0, from = lo;
+    const auto pass_to = [&](double depth) {
+      if (winding != 0) sum.length += std::max(0.0, depth - from);
+      overlap = overlap || (winding != 0 && winding != 1 && depth - from > kTouching);
+    };
     for (; c != end && c->cell < hi; ++c) {
-      if (winding != 0) sum.length += std::max(0.0, c->w - from);
+      pass_to(c->w);
       from = c->w;
       winding += c->winding;
       stopped = stopped || winding != 0;
-      overlap = overlap || (winding != 0 && winding != 1);
       open *= 1 - static_cast<double>(c->coverage);
       met += c->winding == 0 ? static_cast<double>(c->coverage) : c->winding > 0 ? 1 : 0;
     }
-    if (winding != 0) { sum.length += std::max(0.0, hi - from); ++sum.inside_above; }
+    pass_to(hi);
+    sum.inside_above += winding != 0;
     sum.rays.add(stopped ? 1 : 1 - open, met, before != 0, overlap);
   }
+  cross_between(cells.size(), stop);
 }
 
 struct Tracer {
@@ -244,7 +261,7 @@ struct Tracer {
         ++rays;
         if (list.empty()) continue;           // meets nothing anywhere: adds nothing
         if (level == 0 && visible) add_visible(list, w.cells);
-        follow_ray(list.data(), list.data() + list.size(), w.cells, level, low, w.sums, runs ? &inside_first : nullptr);
+        follow_ray(list.data(), list.data() + list.size(), w.cells, level, low, high, w.sums, runs ? &inside_first : nullptr);
       }
     }
     fold(w.sums, 1 << level);
@@ -315,8 +332,10 @@ struct Tracer {
       const RaySums met = met_in(c);
       double sampled = 0;
       double alpha = estimate_opacity(met, rays, {p.stopping[bundle.axis] / face, inside}, &sampled);
+      const double crossings = std::max(p.crossings[bundle.axis], p.stopping[bundle.axis]) / face;  // matter is there where its surface is cut out, too
+      // No filled matter: only surface stops. That no ray has met matter is not enough: a layer thinner than their distance lies between them.
       if (plain) alpha = sampled;
-      else if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0) alpha = std::min(alpha, p.crossings[bundle.axis] / face);  // no filled matter: only surface stops
+      else if (met.l == 0 && met.w == 0 && p.outward[bundle.axis] == 0 && !(inside > kNoMatter)) alpha = std::min(alpha, crossings);
       const double near_inside = inside;
       inside -= p.outward[bundle.axis] / face;
       Visibility& to = found.result.levels[l];

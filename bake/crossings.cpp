@@ -280,6 +280,7 @@ struct Rasteriser {
     const Source* source;
     double inverse_area;
     double w0, d1, d2, low, high;   // depth = w0 + b1·d1 + b2·d2 for the ordered corners, held within [low, high]
+    std::int32_t first, last;       // cells that the triangle enters, where it does not lie in a wall
     bool whole;                     // else b1, b2 are those of a piece
     bool swapped;                   // ordered corner 1 is the triangle's corner 2
     bool up;                        // the turned normal points along +w
@@ -300,6 +301,10 @@ struct Rasteriser {
     s.d2 = w[2] - w[0];
     s.low = std::min({w[0], w[1], w[2]});
     s.high = std::max({w[0], w[1], w[2]});
+    // As clip_surface has it: a triangle that ends at a wall has no surface beyond, even where a ray meets it right there.
+    constexpr double kMost = 1 << 30;
+    s.first = s.low < s.high ? static_cast<std::int32_t>(std::floor(std::clamp(s.low, -kMost, kMost))) : -(1 << 30);
+    s.last = s.low < s.high ? std::max(s.first, static_cast<std::int32_t>(std::ceil(std::clamp(s.high, -kMost, kMost))) - 1) : 1 << 30;
     s.swapped = !ccw;
     // (u, v, w) is right-handed for z and x, left-handed for y.
     const bool right_handed = bundle.axis != 1;
@@ -317,7 +322,7 @@ struct Rasteriser {
     Crossing c;
     c.w = std::clamp(s.w0 + b1 * s.d1 + b2 * s.d2, s.low, s.high);
     const double wall = std::floor(std::clamp(c.w, -2.0, bundle.nw + 2.0));
-    c.cell = static_cast<std::int32_t>(wall) - (s.up == (s.winding != 0) && c.w == wall ? 1 : 0);
+    c.cell = std::clamp(static_cast<std::int32_t>(wall) - (s.up == (s.winding != 0) && c.w == wall ? 1 : 0), s.first, s.last);
     c.triangle = s.source->number;
     c.page = s.source->page;
     c.enters = s.enters;

@@ -12,7 +12,7 @@
 namespace texel {
 namespace {
 
-constexpr double kFlat = 1e-13;            // of a component's cubed extent: above the rounding of a volume, below any slab worth a fill
+constexpr double kFlat = 1e-13;            // of Topology::Component::volume_terms: above the rounding of a volume, below any slab or needle worth a fill
 constexpr double kWallSnap = 0x1p-30;      // voxels; far above double rounding at 4096 voxels, far below any feature
 
 // Triangles that were given, rather than made of implicit surfaces.
@@ -184,7 +184,7 @@ void find_solids(const Mesh& mesh, const std::vector<Material>& materials, const
   for (std::size_t c = 0; c < topology.components.size(); ++c) {
     const Topology::Component& part = topology.components[c];
     // A sheet modelled twice, back to back, is closed too, but holds nothing: it stays surface.
-    const bool holds = std::abs(part.volume) > kFlat * std::pow(boxes[c].size().length(), 3);
+    const bool holds = std::abs(part.volume) > kFlat * (part.bounded >= 0 ? std::pow(boxes[c].size().length(), 3) : part.volume_terms);
     flat += part.closed && !holds;
     takes_part[c] = part.closed && !transparent[c] && holds;
     s.closed += part.closed;

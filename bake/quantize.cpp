@@ -54,15 +54,19 @@ std::vector<std::int64_t> indices_in(const VoxelSet& all, const VoxelSet& part) 
 
 Layer matter_layer(const Surface& surface, const Visibility& seen, const Grid& grid, const Recipe& recipe) {
   Layer layer;
-  layer.set = join_sets(surface.set, seen.inside);
+  layer.set = join_sets(join_sets(surface.set, seen.inside), seen.edge);
   layer.tiles = seen.inside_blocks;
-  const std::vector<std::int64_t> border = indices_in(layer.set, surface.set);
+  const std::vector<std::int64_t> border = indices_in(layer.set, surface.set), edge = indices_in(layer.set, seen.edge);
   const auto tiles = [&](Channel& c, double value) {
     c.tiles.assign(layer.tiles.size() * static_cast<std::size_t>(c.components), static_cast<float>(value));
   };
   const auto alpha = [&](std::size_t i) {
     const std::int64_t b = border[i];
-    if (b < 0) return V3d(1, 1, 1);
+    if (b < 0 && edge[i] < 0) return V3d(1, 1, 1);
+    if (b < 0) {
+      const auto& a = seen.edges[static_cast<std::size_t>(edge[i])].alpha;
+      return V3d(static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2]));
+    }
     const auto at = static_cast<std::size_t>(b);
     return V3d(static_cast<double>(seen.alpha[0][at]), static_cast<double>(seen.alpha[1][at]), static_cast<double>(seen.alpha[2][at]));
   };
@@ -87,6 +91,7 @@ Layer matter_layer(const Surface& surface, const Visibility& seen, const Grid& g
     layer.channels.push_back(make_channel("alpha", 3, layer.set.count, alpha));
     tiles(layer.channels.back(), 1);
     layer.channels.push_back(make_channel("solid", 1, layer.set.count, [&](std::size_t i) {
+      if (border[i] < 0 && edge[i] >= 0) return V3d(static_cast<double>(seen.edges[static_cast<std::size_t>(edge[i])].solid), 0, 0);
       return V3d(border[i] < 0 ? 1.0 : seen.solid.empty() ? 0.0 : static_cast<double>(seen.solid[static_cast<std::size_t>(border[i])]), 0, 0);
     }));
     tiles(layer.channels.back(), 1);
@@ -198,7 +203,7 @@ LevelPart make_part(const Surface& surface, const Visibility& seen, const Grid& 
   part.surface = surface_layer(surface, seen, level, recipe, kinds);
   if (!recipe.want.color) return part;
   part.colors = border_colors(surface);
-  part.inside = seen.inside;
+  part.inside = join_sets(seen.inside, seen.edge);
   part.inside_blocks = seen.inside_blocks;
   return part;
 }

@@ -135,8 +135,9 @@ Topology find_topology(std::span<const V3d> points, std::span<const Triangle> tr
     Topology::Component& part = result.components[result.component[t]];
     if (!part.closed) continue;
     const V3d o = points[triangles[part.first][0]];
-    const V3d a = points[triangles[t][0]] - o, b = points[triangles[t][1]] - o, c = points[triangles[t][2]] - o;
+    const V3d &p = points[triangles[t][0]], a = p - o, b = points[triangles[t][1]] - p, c = points[triangles[t][2]] - p;
     part.volume += result.turn[t] * a.dot(b.cross(c)) / 6;
+    part.volume_terms += a.length() * b.length() * c.length() / 6;
   }
   return result;
 }

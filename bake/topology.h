@@ -20,6 +20,7 @@ struct Topology {
     std::int64_t open_edges = 0;         // edges whose triangles do not cancel
     bool closed = false;
     double volume = 0;                   // signed, of the turned triangles; only for closed ones
+    double volume_terms = 0;             // only for those closed by themselves: what the volume's rounding is in proportion to
     std::uint32_t first = 0;             // its lowest triangle
     int bounded = -1;                    // closed only with its repetitions: an axis along which they all end; −1: closed by itself, or open
   };

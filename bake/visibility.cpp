@@ -67,8 +67,8 @@ void fill_fractions(const Surface& surface, const std::array<std::vector<float>,
     }
     filled += share;
     to.solid[i] = static_cast<float>(share);
-    // Without filled matter only surface stops a ray; what the near walls are exactly known to hold may be less than one ray.
-    if (!(share > 0))
+    // Without filled matter only surface stops a ray; what the near walls are exactly known to hold may be less than one ray. Too little for a float is none.
+    if (!(to.solid[i] > 0))
       for (int a = 0; a < 3; ++a)
         if (auto& alpha = to.alpha[static_cast<std::size_t>(a)]; !alpha.empty()) alpha[i] = std::min(alpha[i], static_cast<float>(surface.areas[i].crossings[a]));
   }
@@ -161,6 +161,8 @@ Visibility join_visibility(std::vector<Visibility>& parts) {
     append(all.inside_blocks, part.inside_blocks);
     for (const Block& block : part.inside.blocks) all.inside.add(block.at, block.mask);
     all.inside_count += part.inside_count;
+    for (const Block& block : part.edge.blocks) all.edge.add(block.at, block.mask);
+    append(all.edges, part.edges);
   }
   return all;
 }

@@ -18,6 +18,11 @@ struct Visibility {
   VoxelSet inside;                              // voxels wholly inside, in blocks that hold border voxels or are only partly inside
   std::vector<V3i> inside_blocks;               // whole blocks inside, sorted by (z, y, x)
   std::int64_t inside_count = 0;                // voxels of both
+
+  // Of coarser levels: voxels without surface that hold matter and are not wholly inside, since they jut out of the grid.
+  VoxelSet edge;
+  struct Edge { float alpha[3], solid; };
+  std::vector<Edge> edges;                      // per voxel of `edge`
 };
 
 // Adds the voxels of a block that are inside, as voxels or whole. Blocks come sorted by (z, y, x).

@@ -94,7 +94,7 @@ constexpr double kAny = std::numeric_limits<double>::infinity();
 constexpr Range kRanges[] = {
     {"density", 0, kAny}, {"Cd", 0, kAny},    {"alpha", 0, 1}, {"solid", 0, 1},     {"area", 0, kAny},       {"coverage", 0, 1},
     {"crossings", 0, kAny}, {"kd", 0, kAny},  {"ks", 0, kAny}, {"roughness", 0, 1}, {"transparency", 0, 1},  {"emission", 0, kAny},
-    {"normal", -1, 1},    {"S_diag", 0, 1},   {"S_off", -1, 1}, {"axis_1", -1, 1},  {"axis_2", -1, 1},
+    {"normal", -1, 1},    {"S_diag", 0, 1},   {"S_off", -1, 1}, {"axis_1", -100, 100},  {"axis_2", -100, 100},
 };
 
 void check_ranges(const Field& f, const std::string& file, Findings& findings) {
@@ -154,17 +154,19 @@ void check_sggx(const Level& level, const std::string& file, Findings& findings)
 }
 
 // A ray is stopped by surface it crosses or by filled matter it is in: alpha_k <= crossings_k, but for voxels with matter.
-void check_alpha(const Level& level, const std::string& file, Findings& findings) {
+void check_alpha(const Level& level, int number, const std::string& file, Findings& findings) {
   const auto alpha = field(level, "alpha", 3), crossings = field(level, "crossings", 3), solid = field(level, "solid", 1);
   if (!alpha || !crossings) return;
   Tally bad(findings, "pack-alpha-crossings", file, "alpha is more than the crossings can stop");
   const double step = step_of(*alpha->channel), other = step_of(*crossings->channel);
+  // Halves' steps of alpha and crossings; and of matter too little to be stored, which a ray along a wall may meet in each voxel of level 0 one after the other.
+  const double floor = (2 + std::ldexp(1.0, number)) * kHalfFloor;
   alpha->each([&](const V3i& v, const float* a, int) {
     const float* s = solid ? solid->at(v) : nullptr;
     if (s && s[0] > 0) return;
     const float* c = crossings->at(v);
     for (int k = 0; k < 3; ++k)
-      if (const double most = c ? c[k] : 0; a[k] * (1 - step) > most * (1 + other) + kHalfFloor) return bad.add(v, a[k]);
+      if (const double most = c ? c[k] : 0; a[k] * (1 - step) > most * (1 + other) + floor) return bad.add(v, a[k]);
   });
 }
 
@@ -217,7 +219,7 @@ void check_levels(const std::vector<Level>& levels, Findings& findings) {
       for (const Channel& c : layer.channels) check_ranges({&layer, &c}, file, findings);
     check_normals(levels[l], file, findings);
     check_sggx(levels[l], file, findings);
-    check_alpha(levels[l], file, findings);
+    check_alpha(levels[l], static_cast<int>(l), file, findings);
     if (l == 0) continue;
     check_area(levels[0], levels[l], file, findings);
     check_cover(levels[l - 1], levels[l], file, findings);

@@ -198,6 +198,19 @@ PackedGrid pack_grid(const Layer& layer, const Channel& channel, bool as_half, W
   return packed;
 }
 
+// x -> h·x + first, as Transform::createLinearTransform(h) and postTranslate(first) have it. Those refuse voxels of less than 3e-15 units³, 14 µm where the
+// unit is a metre, for singular; a transform that is read is not asked.
+openvdb::math::Transform::Ptr make_transform(double h, const openvdb::Vec3d& first) {
+  const openvdb::Vec3d inverse(1 / h);
+  std::stringstream stored;
+  openvdb::io::setCurrentVersion(stored);
+  openvdb::writeString(stored, openvdb::math::UniformScaleTranslateMap::mapType());
+  for (const openvdb::Vec3d& part : {first, openvdb::Vec3d(h), openvdb::Vec3d(h), inverse, inverse * inverse, inverse / 2}) part.write(stored);
+  auto transform = std::make_shared<openvdb::math::Transform>();
+  transform->read(stored);
+  return transform;
+}
+
 void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob& job) {
   const Grid& g = job.level->grid;
   grid.setName(channel.name);
@@ -207,9 +220,7 @@ void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob
     grid.setVectorType(channel.name == "normal" ? openvdb::VEC_COVARIANT_NORMALIZE : openvdb::VEC_INVARIANT);
   // OpenVDB's cell centres are at integer indices: index (0,0,0) is half a voxel above the box's corner.
   const V3d first = g.centre(V3i(0, 0, 0));
-  auto transform = openvdb::math::Transform::createLinearTransform(g.h);
-  transform->postTranslate(openvdb::Vec3d(first.x, first.y, first.z));
-  grid.setTransform(transform);
+  grid.setTransform(make_transform(g.h, openvdb::Vec3d(first.x, first.y, first.z)));
   grid.insertMeta("voxel_edge", openvdb::DoubleMetadata(g.h));
   grid.insertMeta("level", openvdb::Int32Metadata(job.number));
   if (const Meaning* m = meaning_of(channel.name)) {
@@ -331,8 +342,9 @@ VdbGrid convert(const openvdb::GridBase& grid) {
   result.grid_class = openvdb::GridBase::gridClassToString(grid.getGridClass());
   const auto& transform = grid.constTransform();
   if (transform.isLinear() && transform.hasUniformScale()) {
-    const openvdb::Vec3d low = transform.indexToWorld(openvdb::Vec3d(-0.5)), one = transform.indexToWorld(openvdb::Vec3d(0.5));
-    const openvdb::Vec3d size = transform.voxelSize(), along = one - low;
+    // Not the difference of two places, which has few digits left far from the origin.
+    const openvdb::Vec3d low = transform.indexToWorld(openvdb::Vec3d(-0.5)), along = transform.baseMap()->applyJacobian(openvdb::Vec3d(1));
+    const openvdb::Vec3d size = transform.voxelSize();
     // A rotated or mirrored map has a uniform scale too; the diagonal tells.
     if (along.eq(size, 1e-9 * size.x())) {
       result.linear = true;
