@@ -9,7 +9,7 @@ namespace texel {
 namespace {
 
 constexpr int kFirst = 2;            // rays of the look around
-constexpr int kDraws = 48, kBatches = 8;  // columns drawn at a time, and how often at the most, per axis
+constexpr int kDraws = 64, kBatches = 8;  // columns drawn at a time, and how often at the most, per axis
 constexpr double kAim = 0.85;        // of the error asked for: what is chosen by some columns is seldom as good on others
 constexpr int kLadder[] = {2, 3, 4, 6, 8, 12, 16, 24, 32};  // rays along a voxel's edge
 constexpr std::size_t kTried = 5;          // of these, at first
@@ -139,19 +139,20 @@ struct Batches {
     std::vector<std::uint32_t> voxels;         // over the columns drawn
     for (std::uint32_t i = 0; i < column_of.size(); ++i)
       if (mask[column_of[i]] != 0) voxels.push_back(i);
-    const auto alpha_at = [&](int samples, bool plain) {
-      narrow.pattern = make_pattern(look.recipe.pattern, samples);
+    const auto alpha_at = [&](Pattern kind, int samples, bool plain) {
+      narrow.pattern = make_pattern(kind, samples);
       return look.alpha(narrow, plain, nullptr);
     };
     // Two truths: their own errors have nothing to do with each other, so the product of the differences from both has the error's square as its mean, however
-    // rough they are; that of one difference would add the truth's. More rays keep it from scattering.
+    // rough they are; that of one difference would add the truth's. More rays keep it from scattering. Lattices, since the errors of plain grids do have to do with
+    // each other wherever edges lie along the axes.
     const int samples = std::clamp(static_cast<int>(std::ceil((cutouts ? 0.1 : 0.06) / max_error)), std::max(cutouts ? 16 : 12, chooser.ladder.back() + 4), 40);
-    const std::vector<float> truth = alpha_at(samples, cutouts), other = alpha_at(samples + 1, cutouts);
+    const std::vector<float> truth = alpha_at(Pattern::kLattice, samples, cutouts), other = alpha_at(Pattern::kLattice, samples + 1, cutouts);
     std::vector<double> square(mask.size(), 0.0);
     const std::size_t first = chooser.draws.size();
     for (const std::size_t c : drawn) chooser.draws.push_back({c, (passed[c + 1] - passed[c]) / passed.back(), {}});
     for (const int s : chooser.ladder) {
-      const std::vector<float> alpha = alpha_at(s, false);
+      const std::vector<float> alpha = alpha_at(look.recipe.pattern, s, false);
       for (const std::size_t c : drawn) square[c] = 0;
       for (const std::uint32_t i : voxels) {
         const auto x = static_cast<double>(alpha[i]);
@@ -270,10 +271,10 @@ SampleChoice choose_samples(const Scene& scene, const Plan& plan, const TextureS
 }
 
 int coarse_rays_for(double max_error, bool beyond) {
-  const int wanted = static_cast<int>(std::clamp(std::ceil(0.32 / max_error), 8.0, 64.0));
+  const int wanted = static_cast<int>(std::clamp(std::ceil(0.6 / max_error), 16.0, 128.0));
   return beyond ? wanted : std::min(wanted, 16);
 }
 
-int finest_cut_for(double max_error) { return static_cast<int>(std::clamp(std::ceil(0.04 / max_error), 4.0, 24.0)); }
+int finest_cut_for(double max_error) { return static_cast<int>(std::clamp(std::ceil(0.06 / max_error), 4.0, 24.0)); }
 
 }  // namespace texel
