@@ -64,7 +64,9 @@ BatchResult bake_item(const Settings& settings, const BatchItem& item, const std
     for (FileStamp& own_file : stamps_of_pack(item.output)) result.files.push_back(std::move(own_file));
   } catch (const Error& error) {
     if (interrupted()) result.status = "not begun";
-    failed(error.code, error.what());
+    // A scene that cannot be baked, or an option that does not suit it, names no file by itself.
+    const bool named = !error.where.empty() && !error.where.starts_with("--");
+    failed(error.code, named ? error.what() : item.input + ": " + error.what());
   } catch (const std::bad_alloc&) {
     failed(Code::kRunning, item.input + ": out of memory; lower the resolution or --jobs");
   } catch (const std::length_error&) {  // a container asked for more than there can be
