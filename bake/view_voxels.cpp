@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numbers>
 
 #include "formats/error.h"
 
@@ -32,53 +31,6 @@ std::size_t count_blocks(const Grid& grid) {
 
 double unit_share(float v) { return v > 0 ? std::min(static_cast<double>(v), 1.0) : 0.0; }  // NaN becomes 0
 double depth_of(double alpha) { return alpha < 1 ? std::min(-std::log1p(-alpha), kMaxDepth) : kMaxDepth; }
-
-// A symmetric 3×3 matrix.
-struct Symmetric {
-  double xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0;
-  [[nodiscard]] V3d times(const V3d& v) const { return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z, xz * v.x + yz * v.y + zz * v.z}; }
-  [[nodiscard]] double form(const V3d& a, const V3d& b) const { return a.dot(times(b)); }
-  [[nodiscard]] double determinant() const { return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz); }
-  [[nodiscard]] Symmetric adjugate() const {
-    return {yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy, xz * yz - xy * zz, xy * yz - xz * yy, xy * xz - xx * yz};
-  }
-  // share·S + (1 − share)·I
-  [[nodiscard]] Symmetric rounded(double share) const {
-    const double rest = 1 - share;
-    return {xx * share + rest, yy * share + rest, zz * share + rest, xy * share, xz * share, yz * share};
-  }
-};
-
-// SGGX density of normals, both sides together.
-double sggx_density(const Symmetric& s, const V3d& n) {
-  const double det = s.determinant();
-  if (!(det > 0)) return 0;
-  const double form = s.adjugate().form(n, n) / det;
-  return form > 0 ? 1 / (std::numbers::pi * std::sqrt(det) * form * form) : 0;
-}
-
-constexpr int kNormals = 16;
-
-// Fixed normals seen from `v`, each standing for the same share of what is seen: field notes 1.5 (Heitz et al. 2015).
-std::array<V3d, kNormals> visible_normals(const Symmetric& s, const V3d& v) {
-  const V3d helper = std::abs(v.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
-  const V3d t = helper.cross(v).normalized(), b = v.cross(t);
-  const double kk = s.form(t, t), jj = s.form(b, b), ii = std::max(s.form(v, v), 1e-12);
-  const double kj = s.form(t, b), ki = s.form(t, v), ji = s.form(b, v);
-  const double q = std::sqrt(std::max(jj * ii - ji * ji, 1e-24));
-  const double det = std::max(kk * (jj * ii - ji * ji) - kj * (kj * ii - ji * ki) + ki * (kj * ji - jj * ki), 0.0), root = std::sqrt(ii);
-  const V3d mk(std::sqrt(det) / q, 0, 0), mj(-(ki * ji - kj * ii) / (root * q), q / root, 0), mi(ki / root, ji / root, root);
-  std::array<V3d, kNormals> normals;
-  for (int i = 0; i < kNormals; ++i) {
-    const double radius = std::sqrt((i + 0.5) / kNormals), angle = 2 * std::numbers::pi * i * 0.6180339887498949;
-    const double x = radius * std::cos(angle), y = radius * std::sin(angle), z = std::sqrt(std::max(0.0, 1 - radius * radius));
-    const V3d local = mk * x + mj * y + mi * z;
-    const V3d n = t * local.x + b * local.y + v * local.z;
-    const double length = n.length();
-    normals[static_cast<std::size_t>(i)] = length > 0 ? n / length : v;
-  }
-  return normals;
-}
 
 }  // namespace
 
@@ -240,67 +192,35 @@ float LitLevel::transmittance(const V3d& p, const V3d& d, double length) const {
   return static_cast<float>(std::exp(-std::max(depth_sum, 0.0)));
 }
 
-V3f LitLevel::light_sent(const V3i& voxel, const V3d& v) const {
-  const Look look{albedo_.color(voxel, V3f(0.5f)), ks_.color(voxel, V3f(0.0f)), emission_.color(voxel, V3f(0.0f)), roughness_.value(voxel, 1)};
-  const V3f floor_light = look.albedo * eye_.ambient + look.ke;
+Facets LitLevel::facets(const V3i& voxel) const {
+  Facets facets;
+  facets.look = {albedo_.color(voxel, V3f(0.5f)), ks_.color(voxel, V3f(0.0f)), emission_.color(voxel, V3f(0.0f)), roughness_.value(voxel, 1)};
   const V3d m(normal_.color(voxel, V3f(0.0f)));
-  const double sidedness = std::min(m.length(), 1.0);
-  Symmetric s;
+  facets.mean = m;
   const float* diagonal = diagonal_.at(voxel);
   const float* off = off_.at(voxel);
   if (diagonal && off)
-    s = {static_cast<double>(diagonal[0]), static_cast<double>(diagonal[1]), static_cast<double>(diagonal[2]), static_cast<double>(off[0]), static_cast<double>(off[1]), static_cast<double>(off[2])};
-  else if (sidedness > 0.5)
-    s = {m.x * m.x, m.y * m.y, m.z * m.z, m.x * m.y, m.x * m.z, m.y * m.z};
-  s = s.rounded(0.9995);  // sheets have no inverse
+    facets.s = {static_cast<double>(diagonal[0]), static_cast<double>(diagonal[1]), static_cast<double>(diagonal[2]), static_cast<double>(off[0]), static_cast<double>(off[1]), static_cast<double>(off[2])};
+  else if (m.length() > 0.5)
+    facets.s = {m.x * m.x, m.y * m.y, m.z * m.z, m.x * m.y, m.x * m.z, m.y * m.z};
+  facets.closed = solid_.value(voxel, 0) > 0;
+  return facets;
+}
 
-  // Of what is turned to the eye, the part against the mean normal is backs: dark where the surface is open, hidden where it closes
-  // a solid. There the nearest normal that is just in sight stands in for what little of the voxel shows.
-  const bool closed = solid_.value(voxel, 0) > 0;
-  const std::array<V3d, kNormals> normals = visible_normals(s, v);
-  std::array<double, kNormals> weight;
-  double total = 0;
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    weight[i] = normals[i].dot(m) < 0 ? 1 - sidedness : 1.0;
-    total += weight[i];
-  }
-  constexpr double kRim = 0.02 * kNormals;
-  V3d rim = sidedness > 0 ? m / m.length() : v;
-  rim = (rim + v * std::max(0.1 - rim.dot(v), 0.0)).normalized();
-  const double norm = closed ? total + kRim : kNormals;
-
-  V3f sum = floor_light;
+V3f LitLevel::light_sent(const V3i& voxel, const V3d& v) const {
+  const Facets facets = this->facets(voxel);
+  const V3d& m = facets.mean;
+  const double sidedness = std::min(m.length(), 1.0);
   const V3d centre = level_.grid.centre(voxel);
-  for (const Light& light : eye_.lights) {
-    V3d l;
-    V3f color;
-    if (!light_at(light, centre, &l, &color)) continue;
-    double cosine = closed ? kRim * std::max(rim.dot(l), 0.0) : 0.0;
-    for (std::size_t i = 0; i < normals.size(); ++i) cosine += weight[i] * std::max(normals[i].dot(l), 0.0);
-    cosine /= norm;
-    if (!(cosine > 1e-6)) continue;
-    if (eye_.shadows) {
-      // Out of the surface's own voxels first: it must not shade itself.
-      const double h = std::max(level_.grid.h, shadow_->level_.grid.h);
-      const V3d out = sidedness > 0.2 && m.dot(l) > 0 ? m / m.length() : l;
-      const V3d start = centre + (out + l) * h;
-      const double length = light.kind == Light::Kind::kPoint ? (light.vector - start).dot(l) : 1e30 * h;
-      if (length > 0) color *= shadow_->transmittance(start, l, length);
-    }
-    V3f answer = look.albedo * static_cast<float>(cosine);
-    if (look.ks.x > 0 || look.ks.y > 0 || look.ks.z > 0) {
-      // The lobe spread over the voxel's normals: SGGX of the lobe folded into S, as a mirror flake medium (field notes 1.5).
-      const double a = std::clamp(static_cast<double>(look.roughness), static_cast<double>(kMinRoughness), 1.0);
-      const Symmetric lobe = s.rounded(1 - a * a);
-      const V3d h = (v + l).length() > 1e-9 ? (v + l).normalized() : v;
-      const double side = closed ? 1.0 : h.dot(m) < 0 ? 1 - sidedness : 1.0;
-      const double grazing = std::min(cosine / 0.1, 1.0);
-      const double seen = std::sqrt(std::max(lobe.form(v, v), 1e-4));
-      answer += look.ks * static_cast<float>(std::numbers::pi * sggx_density(lobe, h) / (4 * seen) * side * grazing);
-    }
-    sum += answer * color;
-  }
-  return sum;
+  return texel::light_sent(facets, v, eye_.lights, eye_.ambient, centre, [&](const V3d& l, const Light& light) {
+    if (!eye_.shadows) return 1.0f;
+    // Out of the surface's own voxels first: it must not shade itself.
+    const double h = std::max(level_.grid.h, shadow_->level_.grid.h);
+    const V3d out = sidedness > 0.2 && m.dot(l) > 0 ? m / m.length() : l;
+    const V3d start = centre + (out + l) * h;
+    const double length = light.kind == Light::Kind::kPoint ? (light.vector - start).dot(l) : 1e30 * h;
+    return length > 0 ? shadow_->transmittance(start, l, length) : 1.0f;
+  });
 }
 
 // How far the voxel's surface is one sheet: by its normals' mean, or, as two-sided surface has none, by how much one axis prevails in S.

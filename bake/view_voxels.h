@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/shading.h"
+#include "bake/facets.h"
 #include "formats/pack.h"
 
 namespace texel {
@@ -77,6 +77,7 @@ class LitLevel {
 
   [[nodiscard]] const Block* block_at(const V3i& block) const;
   [[nodiscard]] LitVoxel light_up(const V3i& voxel) const;
+  [[nodiscard]] Facets facets(const V3i& voxel) const;
   [[nodiscard]] V3f light_sent(const V3i& voxel, const V3d& to_eye) const;
   [[nodiscard]] double depth(const V3i& voxel, const V3d& direction) const;
   [[nodiscard]] float sheet_share(const V3i& voxel) const;

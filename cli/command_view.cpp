@@ -8,6 +8,7 @@
 #include "bake/fibre.h"
 #include "bake/hypertexture.h"
 #include "bake/view.h"
+#include "bake/view_over.h"
 #include "bake/view_zoom.h"
 #include "cli/commands.h"
 #include "cli/input_scene.h"
@@ -16,6 +17,7 @@
 #include "cli/print.h"
 #include "formats/error.h"
 #include "formats/instances.h"
+#include "formats/read.h"
 #include "formats/read_pack.h"
 
 namespace texel {
@@ -52,15 +54,63 @@ void check_mode(const ViewSettings& view, const std::string& mode, bool lights, 
     report.issue("light-not-used", "slices hold the light they were baked with; --light and --no-shadows change nothing");
 }
 
+// What belongs to --over is refused without it, and what it has no use for with it.
+void check_over(const ViewSettings& view, const std::string& mode) {
+  const std::pair<const char*, bool> options[] = {{"--repeat", view.repeat_u > 0}, {"--texel-height", view.texel_height > 0}, {"--tips", !view.tips.empty()}, {"--ground", view.ground.x >= 0}};
+  for (const auto& [name, given] : options)
+    if (given && view.over.empty()) throw Error(Code::kCommandLine, name, "says how a pack lies over a surface, and none is named", "add --over plane, sphere or a mesh");
+  if (view.over.empty()) return;
+  if (!mode.empty() && mode != "volume") throw Error(Code::kCommandLine, "--over", "repeats a pack's volume and means nothing to --mode " + mode, "leave one of them out");
+  const bool mesh = view.over != "plane" && view.over != "sphere";
+  if (!view.tips.empty() && !mesh) throw Error(Code::kCommandLine, "--tips", "is for a mesh, and --over " + view.over + " is none", "name a mesh there");
+  if (!view.tips.empty() && view.texel_height > 0) throw Error(Code::kCommandLine, "--tips", "gives the height vectors, and so does --texel-height", "leave one of them out");
+}
+
+// Points that the camera has to see, of a surface and its height vectors.
+std::vector<V3d> ends(const TexelSurface& surface) {
+  std::vector<V3d> points;
+  for (const auto& triangle : surface.triangles)
+    for (const std::uint32_t p : triangle) points.insert(points.end(), {surface.points[p], surface.tips[p]});
+  return points;
+}
+
+Image render_over(const Settings& settings, const Pack& pack, int pack_up, ViewOptions& options, Report& report) {
+  const ViewSettings& view = settings.view;
+  const TexelAxes axes = texel_axes(pack_up);
+  const Box3d box = pack.grid.box();
+  const bool plane = view.over == "plane", sphere = view.over == "sphere";
+  const int nu = view.repeat_u > 0 ? view.repeat_u : plane ? 5 : sphere ? 12 : 1, nv = view.repeat_v > 0 ? view.repeat_v : plane ? 5 : sphere ? 6 : 1;
+  const double height = view.texel_height > 0 ? view.texel_height : plane || sphere ? box.size()[axes.up] : 0;
+  int up = settings.recipe.up >= 0 ? settings.recipe.up : pack_up;
+  TexelSurface surface;
+  if (plane) {
+    surface = plane_surface(box, axes, nu, nv, height);
+  } else if (sphere) {
+    surface = sphere_surface(box, axes, nu, nv, height);
+  } else {
+    const Scene scene = flatten_instances(read_scene(view.over, report));
+    std::optional<Scene> tips;
+    if (!view.tips.empty()) tips = flatten_instances(read_scene(view.tips, report));
+    surface = mesh_surface(scene, tips ? &*tips : nullptr, box, axes, nu, nv, height, view.over, report);
+    up = up_axis(settings.recipe.up, scene.sources);
+  }
+  options.camera = frame_points(ends(surface), view.azimuth, view.elevation, view.fov, up, static_cast<double>(view.width) / view.height);
+  options.camera.eye = options.camera.target + (options.camera.eye - options.camera.target) * view.distance;
+  return view_over(pack, surface, {axes, view.ground}, options, report);
+}
+
 Image render(const Settings& settings, ViewOptions& options, Report& report) {
   const ViewSettings& view = settings.view;
   const std::string mode = view.truth ? "truth" : view.mode;
   const std::string input = settings.inputs.empty() ? std::string() : settings.inputs.front();
   const auto aim = [&](const Box3d& box, int up) {
     options.camera = orbit_camera(box, view.azimuth, view.elevation, view.fov, up, static_cast<double>(view.width) / view.height);
+    options.camera.eye = options.camera.target + (options.camera.eye - options.camera.target) * view.distance;
   };
+  check_over(view, mode);
   std::error_code ec;
   if (input.empty() || !fs::is_directory(input, ec)) {
+    if (!view.over.empty()) throw Error(Code::kCommandLine, "--over", "repeats a pack, and " + (input.empty() ? "a function" : input) + " is none", "bake it first");
     if (!mode.empty() && mode != "truth")
       throw Error(Code::kCommandLine, "--mode " + mode, "needs a pack, and " + (input.empty() ? "a function" : input) + " is none", "bake it first, or use --mode truth");
     check_mode(view, "truth", false, report);
@@ -78,6 +128,7 @@ Image render(const Settings& settings, ViewOptions& options, Report& report) {
   // The same camera for the pack and its truth; the side that is up is the one the pack was baked with, unless it is asked for.
   const Recipe recorded = recorded_recipe(input);
   const int up = settings.recipe.up >= 0 ? settings.recipe.up : recorded.up;
+  if (!view.over.empty()) return render_over(settings, pack, up_axis(recorded.up, pack.sources), options, report);
   aim(pack.grid.box(), up_axis(up, pack.sources));
   if (mode == "truth") {
     const Scene scene = meshed(source_scene(settings, pack.sources, report), recorded, report);

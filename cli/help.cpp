@@ -176,7 +176,7 @@ std::string command_help(Command command) {
 std::string cli_document() {
   std::string text =
       "# Command line\n\n"
-      "Made by `texel --dump-docs` from the option table in `cli/option_table.cpp`; a test compares them.\n\n"
+      "Made by `texel --dump-docs` from the option table in `cli/option_table.cpp` and `cli/over_options.cpp`; a test compares them.\n\n"
       "The product goes to files or stdout, talk to stderr. Errors are one line, `texel: error: FILE[:LINE]: what is wrong; what to do`.\n"
       "Warnings have stable ids, `texel: warning: [mesh-open] ...`, and are printed once with their count.\n"
       "`NO_COLOR` turns colour off. SIGINT and SIGTERM end a bake with status 4 and leave the old pack or none; a second one ends at once.\n\n";

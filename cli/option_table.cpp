@@ -473,7 +473,7 @@ std::vector<std::string> split(const std::string& text, char at) {
   return parts;
 }
 
-std::vector<OptionRow> option_table() {
+std::vector<OptionRow> option_rows() {
   const double far = std::numeric_limits<double>::max();
   const std::vector<std::pair<const char*, Progress>> progress = {
       {"auto", Progress::kAuto}, {"always", Progress::kAlways}, {"never", Progress::kNever}};

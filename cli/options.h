@@ -23,6 +23,11 @@ struct ViewSettings {
   int level = -1, axis = -1;
   bool no_shadows = false;
   V3f background{-1, -1, -1};          // linear RGB; negative: none, the picture keeps its alpha
+  double distance = 1;                 // times that from which all just fits into the picture
+  std::string over, tips;              // "plane", "sphere" or a mesh to repeat the pack over, and the mesh of its height vectors' ends; empty: none
+  int repeat_u = 0, repeat_v = 0;      // texels along u and v; 0: as suits `over`
+  double texel_height = 0;             // world; 0: the box's own, or in proportion
+  V3f ground{-1, -1, -1};              // linear RGB of the surface itself; negative: it is not there
 };
 
 // What `texel compare` is asked for beyond the camera's settings.
@@ -84,6 +89,8 @@ struct OptionRow {
 
 // All rows, in the order of help and documentation.
 [[nodiscard]] std::vector<OptionRow> option_table();
+// Those of option_table.cpp; over_options.cpp puts the others between them.
+[[nodiscard]] std::vector<OptionRow> option_rows();
 
 // Reads `arguments` (without program and command) over `settings`. `given` receives the names of the options that were there.
 // With --help among them nothing else is checked. A recipe file named there is read first (recipe_file.h), so that the command
