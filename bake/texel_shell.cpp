@@ -95,7 +95,8 @@ TexelSurface sphere_surface(const Box3d& box, const TexelAxes& axes, int nu, int
   TexelSurface s;
   const double turn = axes.v_back ? -1 : 1;
   const auto add = [&](double east, double north) {
-    const V3d n = on(axes, std::cos(north) * std::cos(east), turn * std::cos(north) * std::sin(east), std::sin(north));
+    const bool pole = std::abs(north) >= std::numbers::pi / 2;  // whose cosine is not 0 to the bit
+    const V3d n = pole ? on(axes, 0, 0, north > 0 ? 1 : -1) : on(axes, std::cos(north) * std::cos(east), turn * std::cos(north) * std::sin(east), std::sin(north));
     s.points.push_back(n * radius);
     s.tips.push_back(n * (radius + height));
   };
