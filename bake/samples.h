@@ -1,5 +1,5 @@
 #pragma once
-// Stage 5, before it: an error of opacity that is asked for -> how many sub-rays each tile of columns gets
+// Stage 5: an error of opacity asked for -> sub-rays of each tile of columns
 #include <array>
 
 #include "bake/visibility.h"
