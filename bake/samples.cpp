@@ -15,7 +15,7 @@ constexpr int kLadder[] = {2, 3, 4, 6, 8, 12, 16, 24, 32};  // rays along a voxe
 constexpr std::size_t kTried = 5;          // of these, at first
 constexpr double kColumnCost = 6;    // of a column, in rays
 constexpr double kConfidence = 1.645;  // one-sided, 95 %
-constexpr double kUnseen = 0.3;      // share of the draws that goes by what the first rays may have overlooked
+constexpr double kUnseen = 0.5;      // share of the draws that goes by what the first rays may have overlooked
 
 double to_unit(std::uint64_t x) {  // splitmix64
   x += 0x9e3779b97f4a7c15ull;
@@ -195,9 +195,9 @@ SampleChoice choose_samples(const Scene& scene, const Plan& plan, const TextureS
     const auto unseen = [&](std::size_t i) {
       const Areas& p = surface.areas[i];
       const double behind = std::clamp(p.crossings[axis] - std::abs(p.outward[axis]), 0.0, 1.0);
-      // And what is said of the edges of cut-outs is not exact.
+      // And what is said of the edges of cut-outs is not exact. The rest is for solids that overlap where no ray has seen it.
       const double there = p.area > 0 ? std::clamp(p.covered / p.area, 0.0, 1.0) : 1;
-      return behind + 4 * there * (1 - there);
+      return behind + 4 * there * (1 - there) + 0.2 * std::min(1.0, p.crossings[axis]);
     };
     double seen = 0, all_unseen = 1e-12;
     for (std::size_t i = 0; i < count; ++i) {
