@@ -9,7 +9,7 @@ namespace texel {
 namespace {
 
 constexpr int kFirst = 2;            // rays of the look around
-constexpr int kDraws = 64, kBatches = 8;  // columns drawn at a time, and how often at the most, per axis
+constexpr int kDraws = 48, kBatches = 8;  // columns drawn at a time, and how often at the most, per axis
 constexpr double kAim = 0.85;        // of the error asked for: what is chosen by some columns is seldom as good on others
 constexpr int kLadder[] = {2, 3, 4, 6, 8, 12, 16, 24, 32};  // rays along a voxel's edge
 constexpr std::size_t kTried = 5;          // of these, at first
@@ -146,7 +146,7 @@ struct Batches {
     // Two truths: their own errors have nothing to do with each other, so the product of the differences from both has the error's square as its mean, however
     // rough they are; that of one difference would add the truth's. More rays keep it from scattering. Lattices, since the errors of plain grids do have to do with
     // each other wherever edges lie along the axes.
-    const int samples = std::clamp(static_cast<int>(std::ceil((cutouts ? 0.1 : 0.06) / max_error)), std::max(cutouts ? 16 : 12, chooser.ladder.back() + 4), 40);
+    const int samples = std::clamp(static_cast<int>(std::ceil((cutouts ? 0.1 : 0.06) / max_error)), std::max(12, chooser.ladder.back() + 4), 40);
     const std::vector<float> truth = alpha_at(Pattern::kLattice, samples, cutouts), other = alpha_at(Pattern::kLattice, samples + 1, cutouts);
     std::vector<double> square(mask.size(), 0.0);
     const std::size_t first = chooser.draws.size();
