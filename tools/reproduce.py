@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Remakes the scenes and figures of docs/reproduction.md: what the source documents report, and what texel gets. Python's standard library only.
 
-usage: reproduce.py TEXEL [--work FOLDER] [--images FOLDER] [--quick] [ROW...]
-ROW: sphere hairs polygons plant levels over; all of them without. Prints the tables as Markdown; pictures go to --images. --quick: small sizes.
+usage: reproduce.py TEXEL [--work FOLDER] [--images FOLDER] [--threads N] [--quick] [ROW...]
+ROW: sphere hairs polygons plant levels angles spheres over; all of them without. Prints the tables as Markdown; pictures go to --images. --quick: small sizes.
 """
 import argparse
 import json
@@ -16,16 +16,23 @@ import zlib
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SKY = "0.6,0.7,0.9"
+THREADS = []
 
 
 def run(texel, *words):
     """Runs texel; CPU seconds of it and what it said."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([texel, *map(str, words), "--progress", "never"], capture_output=True, text=True)
+    done = subprocess.run([texel, *map(str, words), "--threads", *THREADS, "--progress", "never"], capture_output=True, text=True)
     if done.returncode:
         sys.exit("texel %s: exit status %d: %s" % (" ".join(map(str, words)), done.returncode, done.stderr))
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.stdout + done.stderr
+
+
+def paeth(a, b, c):
+    """What PNG's fourth filter guesses from the bytes to the left, above, and above to the left."""
+    pa, pb, pc = abs(b - c), abs(a - c), abs(a + b - 2 * c)
+    return a if pa <= pb and pa <= pc else b if pb <= pc else c
 
 
 def read_png(path):
@@ -57,8 +64,7 @@ def read_png(path):
             elif kind == 3:
                 row[i] = row[i] + (a + b) // 2 & 255
             elif kind == 4:
-                pa, pb, pc = abs(b - c), abs(a - c), abs(a + b - 2 * c)
-                row[i] = row[i] + (a if pa <= pb and pa <= pc else b if pb <= pc else c) & 255
+                row[i] = row[i] + paeth(a, b, c) & 255
         rows.append(row)
         above = row
     return width, height, channels, rows
@@ -80,6 +86,45 @@ def brightness(path, left=0.0, right=1.0):
             cover += a
             light += a * sum(map(linear, p[:3])) / 3
     return light, cover
+
+
+def read_exr(path):
+    """Width, height and rows of (A, B, G, R) of an OpenEXR picture of half floats, as the program writes them: scan lines, ZIP, one part, premultiplied."""
+    with open(path, "rb") as file:
+        data = file.read()
+    at, head = 8, {}
+    while data[at]:
+        name, kind = data[at:].split(b"\0", 2)[:2]
+        at += len(name) + len(kind) + 2
+        size = struct.unpack_from("<I", data, at)[0]
+        head[name] = data[at + 4:at + 4 + size]
+        at += 4 + size
+    left, top, right, bottom = struct.unpack("<4i", head[b"dataWindow"])
+    width, height = right - left + 1, bottom - top + 1
+    if head[b"compression"] != b"\3" or len(head[b"channels"]) != 4 * 18 + 1 or any(head[b"channels"][18 * i + 2] != 1 for i in range(4)):
+        sys.exit("%s: not four half channels and ZIP" % path)
+    rows = []
+    for block in struct.unpack_from("<%dQ" % ((height + 15) // 16), data, at + 1):
+        y, size = struct.unpack_from("<iI", data, block)
+        lines = min(16, height - (y - top))
+        whole = lines * width * 8
+        raw = data[block + 8:block + 8 + size]
+        if size < whole:  # blocks that don't get smaller are stored as they are
+            raw = bytearray(zlib.decompress(raw))
+            for i in range(1, whole):
+                raw[i] = raw[i - 1] + raw[i] - 128 & 255
+            half = (whole + 1) // 2
+            raw = bytes(b for pair in zip(raw[:half], raw[half:]) for b in pair)
+        for line in range(lines):
+            values = struct.unpack_from("<%de" % (4 * width), raw, line * width * 8)
+            rows.append(list(zip(*(values[c * width:(c + 1) * width] for c in range(4)))))
+    return width, height, rows
+
+
+def sums(path):
+    """Sum over an EXR's pixels of premultiplied brightness, and of alpha."""
+    rows = read_exr(path)[2]
+    return sum(p[1] + p[2] + p[3] for row in rows for p in row) / 3, sum(p[0] for row in rows for p in row)
 
 
 def volume_bytes(pack):
@@ -167,22 +212,232 @@ def plant(texel, work, images, quick):
     print()
 
 
+def repeated(work, pack, mesh, side):
+    """A scene of the mesh itself, side × side times as `--over plane` lays the pack's box: its path. Two specks give it the box of the texels, and so the same camera."""
+    with open(os.path.join(pack, "manifest.json")) as file:
+        box = json.load(file)["box"]
+    low, high = box["min"], box["max"]
+    wide, deep = high[0] - low[0], high[1] - low[1]
+    end, speck = (low[0] + side * wide, low[1] + side * deep, high[2]), 1e-4
+    with open(os.path.join(work, "corners.obj"), "w") as file:
+        for corner, sign in ((low, 1), (end, -1)):
+            for d in ((0, 0, 0), (speck, 0, 0), (0, speck, speck)):
+                file.write("v %.9f %.9f %.9f\n" % tuple(corner[c] + sign * d[c] for c in range(3)))
+        file.write("f 1 2 3\nf 4 5 6\n")
+    path = os.path.join(work, "field.json")
+    with open(path, "w") as file:
+        json.dump({"format": "texel-scene", "version": 1, "inputs": {"texel": os.path.basename(mesh), "corners": "corners.obj"}, "objects": [
+            {"input": "corners"}, {"input": "texel", "instances": [{"translate": [i * wide, j * deep, 0]} for i in range(side) for j in range(side)]}]}, file)
+    return path
+
+
+EXPONENTS, KS = (200, 70, 25, 9, 3), (0.5, 0.3, 0.1)
+
+
+def write_spheres(work):
+    """15 spheres side by side before the eye: exponents from left to right, ks from top to bottom. No blue in kd: what is blue is highlight. Their path."""
+    rings, around, radius, at = 96, 192, 0.46, 1
+    with open(os.path.join(work, "spheres.mtl"), "w") as file:
+        for i, exponent in enumerate(EXPONENTS):
+            for j, ks in enumerate(KS):
+                file.write("newmtl s%d%d\nKd 0.5 0.2 0\nKs %g %g %g\nNs %g\nillum 2\n" % (i, j, ks, ks, ks, exponent))
+    path = os.path.join(work, "spheres.obj")
+    with open(path, "w") as file:
+        file.write("mtllib spheres.mtl\n")
+        for i in range(len(EXPONENTS)):
+            for j in range(len(KS)):
+                file.write("usemtl s%d%d\n" % (i, j))
+                for r in range(rings + 1):
+                    for k in range(around if 0 < r < rings else 1):
+                        t, p = math.pi * r / rings, 2 * math.pi * k / around
+                        n = (math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t))
+                        file.write("v %.7f %.7f %.7f\nvn %.7f %.7f %.7f\n" % (i + radius * n[0], radius * n[1], -j + radius * n[2], *n))
+                count = 2 + (rings - 1) * around
+                point = lambda r, k: at if r == 0 else at + count - 1 if r == rings else at + 1 + (r - 1) * around + k % around
+                for r in range(rings):
+                    for k in range(around):
+                        corners = [point(r, k), point(r + 1, k), point(r + 1, k + 1), point(r, k + 1)]
+                        corners = [c for n, c in enumerate(corners) if c not in corners[:n]]
+                        file.write("f %s\n" % " ".join("%d//%d" % (c, c) for c in corners))
+                at += count
+    return path, radius
+
+
+def lobe(rows, x0, y0, radius):
+    """The blue highlight of the sphere round a pixel, its radius in pixels: width at half its height along a line across, in degrees of the normal; place; peak.
+
+    The peak is the mean of the brightest half per cent of the disc; its place their centre of mass. The width is cut off at the outline, where it has one.
+    """
+    inside = [(rows[y][x][1], x, y) for y in range(int(y0 - radius), int(y0 + radius) + 1) for x in range(int(x0 - radius), int(x0 + radius) + 1)
+              if (x + 0.5 - x0) ** 2 + (y + 0.5 - y0) ** 2 < (0.97 * radius) ** 2]
+    best = sorted(inside, reverse=True)[:max(4, len(inside) // 200)]
+    weight = sum(p[0] for p in best)
+    peak = weight / len(best)
+    cx, cy = (sum(p[0] * (p[k] + 0.5) for p in best) / weight for k in (1, 2))
+
+    def normal(x, y):
+        u, v = (x - x0) / radius, (y - y0) / radius
+        return u, v, math.sqrt(max(0.0, 1 - u * u - v * v))
+
+    def value(x):  # linear along the line, mean of three lines against noise
+        i = math.floor(x - 0.5)
+        f = x - 0.5 - i
+        return sum((1 - f) * rows[y][i][1] + f * rows[y][i + 1][1] for y in (int(cy) - 1, int(cy), int(cy) + 1)) / 3
+
+    ends = []
+    for step in (-0.25, 0.25):
+        x = cx
+        while value(x) > peak / 2 and (x + step - x0) ** 2 + (cy - y0) ** 2 < (0.97 * radius) ** 2:
+            x += step
+        ends.append(normal(x, cy))
+    degrees = lambda a, b: math.degrees(math.acos(min(1, sum(p * q for p, q in zip(a, b)))))
+    return degrees(*ends), normal(cx, cy), peak
+
+
+def spheres(texel, work, images, quick):
+    """15 spheres over ks and exponent: highlights of packs against truth's."""
+    mesh, radius = write_spheres(work)
+    n = 64 if quick else 128
+    kinds = [("symmetric", ["--want", "density,color,ndf,visibility,material,levels"]), ("signed", ["--want", "renderer"]), ("visible", ["--want", "renderer", "--normals", "visible"])]
+    camera = ["--azimuth", -90, "--elevation", 0, "--up", "z", "--fov", 1, "--size", "800x500", "--light", "sun:0.35,1,-0.35,1,1,1"]
+    packs = []
+    for name, words in kinds:
+        packs.append(os.path.join(work, "spheres_%s.texel" % name))
+        run(texel, "bake", mesh, "-o", packs[-1], "-r", n, "--up", "z", "--force", *words)
+    pictures = []
+    for name, words in [("truth", [packs[1], mesh, "--truth"])] + [(kind[0], [pack]) for kind, pack in zip(kinds, packs)]:
+        picture = os.path.join(work, "spheres_%s.exr" % name)
+        run(texel, "view", *words, *camera, "--samples", 16, "-o", picture)
+        pictures.append((name, read_exr(picture)[2]))
+        if name != "symmetric":
+            run(texel, "view", *words, *camera, "--samples", 16, "--size", "320x200", "--background", SKY, "-o", os.path.join(images, "repro_spheres_%s.png" % name))
+    alpha = [[p[0] for p in row] for row in pictures[0][1]]
+    lines = [y for y, row in enumerate(alpha) if max(row) > 0.5]
+    columns = [x for x in range(len(alpha[0])) if max(row[x] for row in alpha) > 0.5]
+    unit = (columns[-1] + 1 - columns[0]) / (len(EXPONENTS) - 1 + 2 * radius)  # pixels
+    print("### 15 spheres, %d³ (Ratib, figure 5.5)\n" % n)
+    print("| exponent | truth: width | " + " | ".join("%s: width | off | peak" % name for name, _ in kinds) + " |\n|" + (2 + 3 * len(kinds)) * "---|")
+    for i, exponent in enumerate(EXPONENTS):
+        found = [[lobe(rows, columns[0] + (radius + i) * unit, lines[0] + (radius + j) * unit, radius * unit) for j in range(len(KS))] for _, rows in pictures]
+        mean = lambda values: sum(values) / len(values)
+        cells = ["%.1f°" % mean([f[0] for f in found[0]])]
+        for ours in found[1:]:
+            off = [math.degrees(math.acos(min(1, sum(p * q for p, q in zip(a[1], b[1]))))) for a, b in zip(ours, found[0])]
+            cells += ["%.1f°" % mean([f[0] for f in ours]), "%.1f°" % mean(off), "%.2f" % mean([a[2] / b[2] for a, b in zip(ours, found[0])])]
+        print("| %d | %s |" % (exponent, " | ".join(cells)))
+    print("\nMeans over ks %s. Width: full, at half of the peak, of the highlight in degrees of the normal. Off: from its place in truth. Peak: over truth's.\n" % ", ".join(map(str, KS)))
+
+
+def alphas(path):
+    width, height, channels, rows = read_png(path)
+    return [[row[channels * x + channels - 1] / 255 if channels in (2, 4) else 1.0 for x in range(width)] for row in rows]
+
+
+def within(mask, border):
+    """Pixels of the mask with the mask all around, `border` pixels up, down and to both sides."""
+    for _ in range(border):
+        mask = [[mask[y][x] and 0 < x < len(mask[0]) - 1 and 0 < y < len(mask) - 1 and mask[y][x - 1] and mask[y][x + 1] and mask[y - 1][x] and mask[y + 1][x]
+                 for x in range(len(mask[0]))] for y in range(len(mask))]
+    return mask
+
+
+def write_sheet(path, grid):
+    """One 8-bit RGB PNG of a grid of pictures of the same size."""
+    lines, above = [], None
+    for names in grid:
+        pictures = [read_png(name) for name in names]
+        for y in range(pictures[0][1]):
+            line = b"".join(bytes(v for x in range(width) for v in rows[y][channels * x:channels * x + 3]) for width, _, channels, rows in pictures)
+            above = above or bytes(len(line))
+            lines.append(b"\4" + bytes(v - paeth(line[i - 3] if i > 2 else 0, above[i], above[i - 3] if i > 2 else 0) & 255 for i, v in enumerate(line)))
+            above = line
+    chunk = lambda kind, body: struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", (len(lines[0]) - 1) // 3, len(lines), 8, 2, 0, 0, 0)) +
+                   chunk(b"IDAT", zlib.compress(b"".join(lines), 9)) + chunk(b"IEND", b""))
+
+
+def angles(texel, work, images, quick):
+    """The pear's slices from angles off their axis: what of the truth's silhouette they leave open."""
+    mesh, packs = os.path.join(ROOT, "samples/pear/pear.obj"), []
+    print("### The pear's slices, 64³, by the angle off their axis (Meyer & Neyret, figure 9)\n")
+    for name, words in (("64", []), ("55", ["--slice-count", "auto"]), ("30", ["--slice-count", "auto", "--max-angle", 30])):
+        pack = os.path.join(work, "pear_slices_%s.texel" % name)
+        run(texel, "bake", mesh, "-r", 64, "--up", "z", "--want", "slices", "--force", "-o", pack, *words)
+        with open(os.path.join(pack, "manifest.json")) as file:
+            stacks = json.load(file)["slices"]
+        packs.append((name, pack, {axis: stack["max_angle"] for axis, stack in stacks.items()}))
+        print("- `%s`: %s" % (" ".join(map(str, words)) or "-r 64", "; ".join("%s %d slices, stated %.1f°" % (axis, stack["count"], stack["max_angle"]) for axis, stack in stacks.items())))
+    heads = [(name, axis) for name, _, _ in packs for axis in ("x", "z")]
+    print("\n| angle | %s |\n|%s" % (" | ".join("%s %s: open | inside" % head for head in heads), (1 + 2 * len(heads)) * "---|"))
+    truth, slices = os.path.join(work, "angle_truth.png"), os.path.join(work, "angle.png")
+    for a in sorted({0, 31, 55, 62} | set(range(0, 90, 20 if quick else 5))):
+        cells = {}
+        for axis, azimuth, elevation in (("x", a, 0), ("z", -90, 90 - a)):
+            camera = ["--azimuth", azimuth, "--elevation", elevation, "--fov", 1, "--size", "256x256", "--samples", 16]  # nearly parallel: one angle all over the picture
+            run(texel, "view", packs[0][1], mesh, "--truth", *camera, "-o", truth)
+            mask = [[v > 0.5 for v in row] for row in alphas(truth)]
+            inner = within(mask, 8)
+            for name, pack, stated in packs:
+                run(texel, "view", pack, "--mode", "slices", "--axis", axis, *camera, "-o", slices)
+                seen, shares = alphas(slices), []
+                for inside, least in ((mask, 0.5), (inner, 0.98)):
+                    shares.append(100 * sum(m and v < least for line, values in zip(inside, seen) for m, v in zip(line, values)) / sum(map(sum, inside)))
+                cells[name, axis] = ("%.2f | %.2f" if a <= stated[axis] else "*%.2f* | *%.2f*") % tuple(shares)
+        print("| %g° | %s |" % (a, " | ".join(cells[head] for head in heads)), flush=True)
+    print("\nPer cent of truth's silhouette; *beyond the stated angle*. Open: alpha below one half. Inside: below 0.98, without the outermost 8 of 256 pixels (two voxels).\n")
+    grid = []
+    for name, pack, _ in (packs[0], packs[2]):
+        grid.append([])
+        for a in (0, 31, 62, 80):
+            grid[-1].append(os.path.join(work, "pear_%s_%d.png" % (name, a)))
+            run(texel, "view", pack, "--mode", "slices", "--axis", "x", "--azimuth", a, "--elevation", 0, "--fov", 1, "--size", "104x104", "--background", SKY, "-o", grid[-1][-1])
+    write_sheet(os.path.join(images, "repro_pear_angles.png"), grid)
+
+
 def levels(texel, work, images, quick):
-    """Hair texels from near to far: mean brightness from step to step."""
-    pack = os.path.join(work, "hairs_100.texel")
+    """Hair texels from near to far: mean light and cover of pack and truth, and how much they change from step to step."""
+    pack, mesh = os.path.join(work, "hairs_100.texel"), os.path.join(work, "hairs_100.obj")
     if not os.path.isdir(pack):
         hairs(texel, work, images, True)
-    print("### 625 texels of 100 hairs, pixels growing (Ratib, figures 5.11 and 5.12)\n\n| pixels a side | mean light | mean cover | change of light |\n|---|---|---|---|")
-    picture, before, worst = os.path.join(work, "step.png"), None, 0.0
-    size, least = 160 if quick else 512, 20 if quick else 12
-    while size >= least:  # fewer pixels stand for more distance: perspective stays as it is
-        run(texel, "view", pack, "--over", "plane", "--repeat", "25,25", "--elevation", 60, "--size", "%dx%d" % (size, size), "--samples", 16, "-o", picture)
-        light, cover = (v / size / size for v in brightness(picture))
-        change = 0 if before is None else light / before - 1
-        worst = max(worst, abs(change))
-        print("| %d | %.4f | %.4f | %+.2f %% |" % (size, light, cover, 100 * change))
-        before, size = light, int(size * (0.8 if quick else 0.93))
-    print("\nLargest step: %.2f %%.\n" % (100 * worst))
+    field, picture = repeated(work, pack, mesh, 25), os.path.join(work, "step.exr")
+    camera = ["--elevation", 60, "--up", "z"]
+    scenes = [("625 texels of 100 hairs, `--over plane`", [pack, "--over", "plane", "--repeat", "25,25", "--samples", 16, *camera], [field, "--truth", "--samples", 64, *camera]),
+              ("One texel, plain view", [pack, "--samples", 64, *camera], [pack, "--truth", "--samples", 64, *camera])]
+    first, ratio, least = (160, 0.8, 16) if quick else (320, 0.93, 12)
+    print("### Hair texels from near to far (Ratib, figures 5.11 and 5.12)\n")
+    for name, ours, truths in scenes:
+        print("%s:\n\n| pixels a side | truth: light | cover | pack: light | cover | change of light: truth | pack | of cover: truth | pack |\n|---|---|---|---|---|---|---|---|---|" % name)
+        size, start, before, worst, drift = first, None, None, [0.0] * 4, None
+        while size >= least:  # fewer pixels stand for more distance: perspective stays as it is
+            now = []
+            for words in (truths, ours):
+                run(texel, "view", *words, "--size", "%dx%d" % (size, size), "-o", picture)
+                now += [v / size / size for v in sums(picture)]
+            start = start or now
+            change = [now[i] / (before or now)[i] - 1 for i in (0, 2, 1, 3)]
+            drift = [now[i] / start[i] - 1 for i in (0, 2, 1, 3)]
+            worst = [max(w, abs(c)) for w, c in zip(worst, change)]
+            print(("| %d | %.4f | %.4f | %.4f | %.4f |" + 4 * " %+.1f %% |") % (size, *now, *(100 * c for c in change)), flush=True)
+            before, size = now, int(size * ratio)
+        for what, i in (("light", 0), ("cover", 2)):
+            print("\nOf %s: largest step %.1f %% of truth, %.1f %% of the pack; drift from first to last %+.1f %% and %+.1f %%." % (
+                what, *(100 * v for v in (worst[i], worst[i + 1], drift[i], drift[i + 1]))))
+        print()
+    print("Each level alone, at 160 pixels a side; cover of the pack over truth's:\n\n| level | voxel, of the texel's side | 625 texels | one, plain view |\n|---|---|---|---|")
+    with open(os.path.join(pack, "manifest.json")) as file:
+        sides = [max(level["resolution"]) for level in json.load(file)["levels"]]
+    true = []
+    for level in [None, *range(len(sides))]:
+        cover = []
+        for _, ours, truths in scenes:
+            run(texel, "view", *(truths if level is None else [*ours, "--level", level]), "--size", "160x160", "-o", picture)
+            cover.append(sums(picture)[1])
+        if level is None:
+            true = cover
+        else:
+            print("| %d | 1/%d | %.3f | %.3f |" % (level, sides[level], cover[0] / true[0], cover[1] / true[1]), flush=True)
+    print()
 
 
 def over(texel, work, images, quick):
@@ -215,7 +470,7 @@ def over(texel, work, images, quick):
     print()
 
 
-ROWS = {"sphere": sphere, "hairs": hairs, "polygons": polygons, "plant": plant, "levels": levels, "over": over}
+ROWS = {"sphere": sphere, "hairs": hairs, "polygons": polygons, "plant": plant, "levels": levels, "angles": angles, "spheres": spheres, "over": over}
 
 
 def main():
@@ -225,8 +480,10 @@ def main():
     parser.add_argument("--work", default="reproduction")
     parser.add_argument("--images")
     parser.add_argument("--quick", action="store_true")
-    options = parser.parse_args()
+    parser.add_argument("--threads", default="all")
+    options = parser.parse_intermixed_args()  # rows may stand before and after options
     images = options.images or options.work
+    THREADS.append(options.threads)
     for folder in (options.work, images):
         os.makedirs(folder, exist_ok=True)
     for row in options.rows or ROWS:
