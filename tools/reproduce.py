@@ -309,8 +309,8 @@ def spheres(texel, work, images, quick):
         picture = os.path.join(work, "spheres_%s.exr" % name)
         run(texel, "view", *words, *camera, "--samples", 16, "-o", picture)
         pictures.append((name, read_exr(picture)[2]))
-        if name != "symmetric":
-            run(texel, "view", *words, *camera, "--samples", 16, "--size", "320x200", "--background", SKY, "-o", os.path.join(images, "repro_spheres_%s.png" % name))
+        if name in ("truth", "signed"):
+            run(texel, "view", *words, *camera, "--samples", 16, "--size", "216x135", "--background", SKY, "-o", os.path.join(images, "repro_spheres_%s.png" % name))
     alpha = [[p[0] for p in row] for row in pictures[0][1]]
     lines = [y for y, row in enumerate(alpha) if max(row) > 0.5]
     columns = [x for x in range(len(alpha[0])) if max(row[x] for row in alpha) > 0.5]
