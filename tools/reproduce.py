@@ -341,12 +341,12 @@ def within(mask, border):
     return mask
 
 
-def write_sheet(path, grid):
-    """One 8-bit RGB PNG of a grid of pictures of the same size."""
+def write_sheet(path, grid, top=0.0, bottom=1.0):
+    """One 8-bit RGB PNG of a grid of pictures of the same size, of each what lies between two shares of its height."""
     lines, above = [], None
     for names in grid:
         pictures = [read_png(name) for name in names]
-        for y in range(pictures[0][1]):
+        for y in range(int(top * pictures[0][1]), int(bottom * pictures[0][1])):
             line = b"".join(bytes(v for x in range(width) for v in rows[y][channels * x:channels * x + 3]) for width, _, channels, rows in pictures)
             above = above or bytes(len(line))
             lines.append(b"\4" + bytes(v - paeth(line[i - 3] if i > 2 else 0, above[i], above[i - 3] if i > 2 else 0) & 255 for i, v in enumerate(line)))
@@ -437,7 +437,21 @@ def levels(texel, work, images, quick):
             true = cover
         else:
             print("| %d | 1/%d | %.3f | %.3f |" % (level, sides[level], cover[0] / true[0], cover[1] / true[1]), flush=True)
-    print()
+    # One picture from near to far: rows of the pack against those of truth, of bands that lie within the texels.
+    field, rows = repeated(work, pack, mesh, 60), []
+    camera, sheet = ["--elevation", 30, "--azimuth", -90, "--up", "z", "--fov", 110], []
+    for name, words in (("truth", [field, "--truth", "--samples", 64]), ("pack", [pack, "--over", "plane", "--repeat", "60,60", "--samples", 16])):
+        run(texel, "view", *words, *camera, "--size", "384x384", "-o", picture)
+        rows.append([(sum(p[1] + p[2] + p[3] for p in row) / 3, sum(p[0] for p in row)) for row in read_exr(picture)[2]])
+        sheet.append(os.path.join(work, "far_%s.png" % name))
+        run(texel, "view", *words, *camera, "--size", "256x256", "--background", SKY, "-o", sheet[-1])
+    bands = [[[sum(line[i] for line in picture_rows[y:y + 4]) for i in (0, 1)] for y in range(0, 384, 4)] for picture_rows in rows]
+    held = [y for y, band in enumerate(bands[0]) if band[1] > 0.01]
+    ratios = [[bands[1][y][i] / bands[0][y][i] for i in (0, 1)] for y in held[1:-1]]
+    steps = [max(abs(b[i] / a[i] - 1) for a, b in zip(ratios, ratios[1:])) for i in (0, 1)]
+    print("\nOne picture of 3600 texels from near to far, %d bands of 4 rows without the first and last: pack over truth %.3f to %.3f in light, %.3f to %.3f in cover; largest step from band to band %.2f %% and %.2f %%.\n" % (
+        len(ratios), *(f(r[i] for r in ratios) for i in (0, 1) for f in (min, max)), *(100 * v for v in steps)))
+    write_sheet(os.path.join(images, "repro_hairs_far.png"), [sheet], 0.3, 0.55)
 
 
 def over(texel, work, images, quick):
