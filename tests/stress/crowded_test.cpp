@@ -39,7 +39,7 @@ TEST(Crowded, AMillionTrianglesInOneVoxel) {
   std::printf("stress crowded: a million triangles, %.0f voxel faces of surface in a voxel: %.1f s\n", test::sum_of(pack.levels[0], "area"), seconds);
 }
 
-// 17 million border voxels at 4096³ take 10 s and 5 GB with TEXEL_STRESS=5 or more; 1024³ else.
+// 17 million border voxels at 4096³ take 12 s and 2.4 GB with TEXEL_STRESS=5 or more; 1024³ else.
 TEST(Crowded, OneTriangleAcrossTheGrid) {
   const int n = case_count(1) >= 5 ? 4096 : too_slow_here() ? 128 : 1024;
   Scene scene = test::empty_scene();
