@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "bake/compare_voxels.h"
+#include "bake/direction_opacity.h"
 #include "bake/truth_voxels.h"
 
 namespace texel {
@@ -32,9 +33,9 @@ class Random {                 // splitmix64
 // Light through a level's voxels, each of one opacity in the ray's direction (docs/view.md: the axes' depths joined by the correlations of S).
 struct Medium {
   const Level& level;
-  VoxelField alpha, density, diagonal, off, transparency, solid;
+  VoxelField alpha, crossings, density, diagonal, off, transparency, solid;
 
-  explicit Medium(const Level& l) : level(l), alpha(l, "alpha", 3), density(l, "density", 1), diagonal(l, "S_diag", 3), off(l, "S_off", 3), transparency(l, "transparency", 1), solid(l, "solid", 1) {}
+  explicit Medium(const Level& l) : level(l), alpha(l, "alpha", 3), crossings(l, "crossings", 3), density(l, "density", 1), diagonal(l, "S_diag", 3), off(l, "S_off", 3), transparency(l, "transparency", 1), solid(l, "solid", 1) {}
   [[nodiscard]] bool present() const { return alpha.present() || density.present(); }
   [[nodiscard]] const VoxelField& matter() const { return alpha.present() ? alpha : density; }
 
@@ -43,18 +44,8 @@ struct Medium {
     if (!alpha.present()) return std::max(static_cast<double>(density.value(v, 0)), 0.0) * level.grid.h;
     const float* a = alpha.at(v);
     if (!a) return 0;
-    const double there = solid.value(v, 0) > 0 ? 1 : 1 - std::clamp(static_cast<double>(transparency.value(v, 0)), 0.0, 1.0);
-    V3d part;
-    for (int k = 0; k < 3; ++k) part[k] = w[k] == 0 ? 0 : w[k] * std::min(-std::log1p(-std::clamp(static_cast<double>(a[k]) * there, 0.0, 1.0)), kMost);
-    double sum = part.dot(part);
-    const float *d = diagonal.at(v), *o = off.at(v);
-    if (d && o)
-      for (int i = 0; i < 2; ++i)
-        for (int j = i + 1; j < 3; ++j) {
-          const double limit = static_cast<double>(d[i]) * static_cast<double>(d[j]);
-          if (limit > 1e-12) sum += 2 * part[i] * part[j] * std::clamp(static_cast<double>(o[i + j - 1]) / std::sqrt(limit), -1.0, 1.0);
-        }
-    return std::min(std::sqrt(std::max(sum, 0.0)), kMost);
+    const float there = solid.value(v, 0) > 0 ? 1 : 1 - std::clamp(transparency.value(v, 0), 0.0f, 1.0f);
+    return depth_along(axis_opacity(a, crossings.at(v), diagonal.at(v), off.at(v), solid.value(v, 0) > 0, there), w, kMost);
   }
 
   // From `at` (voxel space) along the unit direction for `length` voxels.

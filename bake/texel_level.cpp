@@ -20,14 +20,13 @@ std::size_t place(const V3i& b, const V3i& n) {
 }
 
 double unit_share(float v) { return v > 0 ? std::min(static_cast<double>(v), 1.0) : 0.0; }
-double depth_of(double alpha) { return alpha < 1 ? std::min(-std::log1p(-alpha), kMaxDepth) : kMaxDepth; }
 
 V3i floored(const V3d& p) { return {static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z))}; }
 
 }  // namespace
 
 TexelLevel::TexelLevel(const Level& level, const V3d& extent, const std::array<bool, 3>& wrap)
-    : level_(level), extent_(extent), wrap_(wrap), alpha_(level, "alpha", 3), density_(level, "density", 1), solid_(level, "solid", 1), diagonal_(level, "S_diag", 3),
+    : level_(level), extent_(extent), wrap_(wrap), alpha_(level, "alpha", 3), crossings_(level, "crossings", 3), density_(level, "density", 1), solid_(level, "solid", 1), diagonal_(level, "S_diag", 3),
       off_(level, "S_off", 3), normal_(level, "normal", 3), albedo_(level, "Cd", 3), ks_(level, "ks", 3), roughness_(level, "roughness", 1),
       transparency_(level, "transparency", 1), emission_(level, "emission", 3) {
   const VoxelField& matter = alpha_.present() ? alpha_ : density_;  // its constructor has checked the grid's size
@@ -117,18 +116,17 @@ TexelLevel::Voxel TexelLevel::prepared(const V3i& at) const {
   voxel.solid = static_cast<float>(fuller(solid_.value(at, 0)));
   if (!alpha_.present()) {
     const double depth = std::min(std::max(static_cast<double>(density_.value(at, 0)), 0.0) * level_.grid.h, 1e6) / static_cast<double>(volume);
-    voxel.tau = V3f(static_cast<float>(depth));
+    voxel.even = static_cast<float>(depth);
   } else if (const float* alpha = alpha_.at(at)) {
-    const double there = 1 - unit_share(transparency_.value(at, 0));
-    for (int k = 0; k < 3; ++k)  // across, only a share of the voxel's face lies in the box; along, all its depth does
-      voxel.tau[k] = static_cast<float>(depth_of(unit_share(alpha[k] * within[k] / volume) * there)) / within[k];
-    if (diagonal && off) {
-      const auto joined = [&](int i, int j, float s_ij) {
-        const double limit = static_cast<double>(diagonal[i]) * static_cast<double>(diagonal[j]);
-        return limit > 1e-12 ? static_cast<float>(std::clamp(static_cast<double>(s_ij) / std::sqrt(limit), -1.0, 1.0)) : 0.0f;
-      };
-      voxel.joined = V3f(joined(0, 1, off[0]), joined(0, 2, off[1]), joined(1, 2, off[2]));
+    // Across, only a share of the voxel's face lies in the box.
+    const float* crossings = crossings_.at(at);
+    V3f seen(0, 0, 0), met(0, 0, 0);
+    for (int k = 0; k < 3; ++k) {
+      seen[k] = alpha[k] * within[k] / volume;
+      met[k] = crossings ? crossings[k] * within[k] / volume : 0;
     }
+    voxel.within = within;
+    voxel.opacity = axis_opacity(&seen.x, crossings ? &met.x : nullptr, diagonal, off, voxel.solid > 0, static_cast<float>(1 - unit_share(transparency_.value(at, 0))));
   }
   const V3f m = normal_.color(at, V3f(0.0f));
   const float one_way = std::min(m.dot(m), 1.0f);
@@ -153,7 +151,7 @@ TexelLevel::Voxel TexelLevel::prepared(const V3i& at) const {
       }
     }
   }
-  voxel.known = voxel.surface && (voxel.solid > 0 || std::max({voxel.tau.x, voxel.tau.y, voxel.tau.z}) > 0);
+  voxel.known = voxel.surface && (voxel.solid > 0 || std::max({voxel.opacity.alpha.x, voxel.opacity.alpha.y, voxel.opacity.alpha.z, voxel.even}) > 0);
   return voxel;
 }
 
@@ -179,11 +177,9 @@ const TexelLevel::Voxel* TexelLevel::find(const V3i& at) const {
   return &(*slot.block)[static_cast<std::size_t>((at.x & 7) << 6 | (at.y & 7) << 3 | (at.z & 7))];
 }
 
-// The axes' depths joined by the correlations of S, as LitLevel::depth.
 double TexelLevel::depth(const Voxel& voxel, const V3d& d) {
-  const V3d w(d.x * static_cast<double>(voxel.tau.x), d.y * static_cast<double>(voxel.tau.y), d.z * static_cast<double>(voxel.tau.z));
-  const double cross = w.x * w.y * static_cast<double>(voxel.joined.x) + w.x * w.z * static_cast<double>(voxel.joined.y) + w.y * w.z * static_cast<double>(voxel.joined.z);
-  return std::sqrt(std::max(w.dot(w) + 2 * cross, 0.0));
+  if (voxel.even >= 0) return static_cast<double>(voxel.even);
+  return depth_along(voxel.opacity, d / V3d(voxel.within), kMaxDepth);
 }
 
 double TexelLevel::depth(const V3d& p, const V3d& d) const {
@@ -230,7 +226,8 @@ double TexelLevel::facets(const V3d& p, Facets* mean) const {
     const V3i at = around(V3i(low.x + dx, low.y + dy, low.z + dz));
     const Voxel* voxel = find(at);
     if (!voxel || !voxel->known) continue;
-    const double opacity = std::max(-std::expm1(-static_cast<double>(voxel->tau.x + voxel->tau.y + voxel->tau.z) / 3), static_cast<double>(voxel->solid));
+    const double seen = voxel->even >= 0 ? -std::expm1(-static_cast<double>(voxel->even)) : static_cast<double>(voxel->opacity.alpha.x + voxel->opacity.alpha.y + voxel->opacity.alpha.z) / 3;
+    const double opacity = std::max(seen, static_cast<double>(voxel->solid));
     const double weight = (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z) * opacity;
     if (!(weight > 0)) continue;
     total += weight;

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "bake/direction_opacity.h"
 #include "bake/view_voxels.h"
 
 namespace texel {
@@ -37,7 +38,9 @@ class TexelLevel {
  private:
   // A voxel's matter, still for all directions.
   struct Voxel {
-    V3f tau{0, 0, 0}, joined{0, 0, 0};  // depths along the axes and their correlations xy, xz, yz
+    AxisOpacity opacity;                // of what lies within the box
+    V3f within{1, 1, 1};                // edges of what of the voxel lies within the box
+    float even = -1;                    // optical depth alike in all directions; below 0: `opacity` tells
     float sheet = 0;                    // share of opacity
     float bounds = 0;                   // (|m|/A)² of a solid's surface
     float solid = 0, behind = 1;        // filled share, and the fullest of what lies behind its surface
@@ -62,7 +65,7 @@ class TexelLevel {
   const Level& level_;
   V3d extent_;
   std::array<bool, 3> wrap_;
-  VoxelField alpha_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
+  VoxelField alpha_, crossings_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
   V3i blocks_{0, 0, 0};
   std::vector<std::int32_t> place_of_;
   std::vector<Place> places_;

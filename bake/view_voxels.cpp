@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "bake/direction_opacity.h"
 #include "formats/error.h"
 
 namespace texel {
@@ -30,7 +31,6 @@ std::size_t count_blocks(const Grid& grid) {
 }
 
 double unit_share(float v) { return v > 0 ? std::min(static_cast<double>(v), 1.0) : 0.0; }  // NaN becomes 0
-double depth_of(double alpha) { return alpha < 1 ? std::min(-std::log1p(-alpha), kMaxDepth) : kMaxDepth; }
 
 }  // namespace
 
@@ -86,7 +86,7 @@ float VoxelField::value(const V3i& voxel, float otherwise) const {
 bool VoxelField::has_block(const V3i& block) const { return inside(block, blocks_) && channel_ && slots_[place(block, blocks_)] != 0; }
 
 LitLevel::LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow)
-    : level_(level), eye_(eye), shadow_(shadow ? shadow : this), alpha_(level, "alpha", 3), density_(level, "density", 1), solid_(level, "solid", 1),
+    : level_(level), eye_(eye), shadow_(shadow ? shadow : this), alpha_(level, "alpha", 3), crossings_(level, "crossings", 3), density_(level, "density", 1), solid_(level, "solid", 1),
       diagonal_(level, "S_diag", 3), off_(level, "S_off", 3), normal_(level, "normal", 3), albedo_(level, "Cd", 3), ks_(level, "ks", 3),
       roughness_(level, "roughness", 1), transparency_(level, "transparency", 1), emission_(level, "emission", 3) {
   matter_ = alpha_.present() ? &alpha_ : &density_;
@@ -136,26 +136,13 @@ int LitLevel::empty_cell(const V3d& p) const {
   return near >> bit & 1 ? 0 : 2;
 }
 
-// Optical depth of one voxel edge along `direction`: the axes' depths joined by the correlations of S, as field notes 4.3.
+// Optical depth of one voxel edge along `direction`.
 double LitLevel::depth(const V3i& voxel, const V3d& direction) const {
   if (!alpha_.present()) return std::min(std::max(static_cast<double>(density_.value(voxel, 0)), 0.0) * level_.grid.h, 1e6);
   const float* alpha = alpha_.at(voxel);
   if (!alpha) return 0;
-  const double there = 1 - unit_share(transparency_.value(voxel, 0));
-  V3d tau;
-  for (int k = 0; k < 3; ++k) tau[k] = depth_of(unit_share(alpha[k]) * there);
-  const V3d w = direction * tau;
-  double sum = w.dot(w);
-  const float* diagonal = diagonal_.at(voxel);
-  const float* off = off_.at(voxel);
-  if (diagonal && off) {
-    const auto joined = [&](int i, int j, float s_ij) {
-      const double limit = static_cast<double>(diagonal[i]) * static_cast<double>(diagonal[j]);
-      return limit > 1e-12 ? 2 * w[i] * w[j] * std::clamp(static_cast<double>(s_ij) / std::sqrt(limit), -1.0, 1.0) : 0.0;
-    };
-    sum += joined(0, 1, off[0]) + joined(0, 2, off[1]) + joined(1, 2, off[2]);
-  }
-  return std::min(std::sqrt(std::max(sum, 0.0)), kMaxDepth);
+  const auto there = static_cast<float>(1 - unit_share(transparency_.value(voxel, 0)));
+  return depth_along(axis_opacity(alpha, crossings_.at(voxel), diagonal_.at(voxel), off_.at(voxel), solid_.value(voxel, 0) > 0, there), direction, kMaxDepth);
 }
 
 float LitLevel::transmittance(const V3d& p, const V3d& d, double length) const {

@@ -85,7 +85,7 @@ class LitLevel {
   const Level& level_;
   const Eye& eye_;
   const LitLevel* shadow_;
-  VoxelField alpha_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
+  VoxelField alpha_, crossings_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
   const VoxelField* matter_ = nullptr;
   V3i blocks_{0, 0, 0};
   struct Place {

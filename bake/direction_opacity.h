@@ -1,0 +1,65 @@
+#pragma once
+// A voxel's opacity along the axes and its distribution of normals -> its opacity in any direction
+#include <algorithm>
+#include <cmath>
+
+#include "formats/grid.h"
+
+namespace texel {
+
+// What one voxel says of its opacity, 0 where it says nothing.
+struct AxisOpacity {
+  V3f alpha{0, 0, 0};          // along x, y, z
+  V3f met{0, 0, 0};            // layers of surface along them, each of which could hide what is behind it
+  V3f depth{0, 0, 0};          // −ln(1 − alpha), but not above `met`
+  V3f joined{0, 0, 0};         // correlations xy, xz, yz of S: S_ij/√(S_ii·S_jj), −1…1
+};
+
+// `alpha`, `crossings`, `diagonal`, `off`: the voxel's values of the grids alpha, crossings, S_diag and S_off, or null; `solid`: whether the surface bounds a body, whose
+// two walls are one layer; `there`: share of the surface that lets nothing through. Values out of range are brought into it. Without `crossings` as many layers are
+// taken as the opacity asks for, at most 1.
+[[nodiscard]] inline AxisOpacity axis_opacity(const float* alpha, const float* crossings, const float* diagonal, const float* off, bool solid, float there = 1) {
+  AxisOpacity voxel;
+  for (int k = 0; alpha && k < 3; ++k) {
+    const float a = alpha[k] > 0 ? std::min(alpha[k], 1.0f) * there : 0.0f;
+    const float most = !crossings ? 1.0f : crossings[k] > 0 ? crossings[k] * there * (solid ? 0.5f : 1.0f) : 0.0f;
+    voxel.alpha[k] = a;
+    voxel.depth[k] = a < 1 ? std::min(-std::log1p(-a), most) : most;
+    voxel.met[k] = crossings ? most : voxel.depth[k];
+  }
+  if (!diagonal || !off) return voxel;
+  const auto one = [&](int i, int j, float s_ij) {
+    const float limit = diagonal[i] * diagonal[j];
+    const float r = limit > 1e-12f ? s_ij / std::sqrt(limit) : 0.0f;
+    return r > 1 ? 1.0f : r < -1 ? -1.0f : r == r ? r : 0.0f;
+  };
+  voxel.joined = {one(0, 1, off[0]), one(0, 2, off[1]), one(1, 2, off[2])};
+  return voxel;
+}
+
+// √(wᵀGSGw), G such that along the axes it is `axes`: the shadow of an ellipsoid.
+[[nodiscard]] inline double ellipsoid_shadow(const V3f& axes, const V3f& joined, const V3d& w) {
+  const V3d p(static_cast<double>(axes.x) * w.x, static_cast<double>(axes.y) * w.y, static_cast<double>(axes.z) * w.z);
+  const double cross = p.x * p.y * static_cast<double>(joined.x) + p.x * p.z * static_cast<double>(joined.y) + p.y * p.z * static_cast<double>(joined.z);
+  return std::sqrt(std::max(p.dot(p) + 2 * cross, 0.0));
+}
+
+// Share (0…1) that the voxel alone hides of parallel rays along `w` (unit) spread evenly over the shadow of its cube, Σ|w_k| faces. The larger of two answers: of surface that
+// nowhere hides itself, whose shadow is `alpha` joined, exact along the axes and for a sheet; and of surfaces strewn at random, whose layers are joined and count as much as
+// along the axes. Error: docs/accuracy.md, "Opacity in any direction". Of a cell with edges e instead of 1: give w/e.
+[[nodiscard]] inline double opacity_along(const AxisOpacity& voxel, const V3d& w) {
+  const double faces = std::abs(w.x) + std::abs(w.y) + std::abs(w.z);
+  const double apart = ellipsoid_shadow(voxel.alpha, voxel.joined, w) / faces;
+  const V3d square = w * w;
+  const double met = square.dot(V3d(voxel.met)), depth = square.dot(V3d(voxel.depth));
+  const double strewn = met > 0 ? -std::expm1(-ellipsoid_shadow(voxel.met, voxel.joined, w) / faces * (depth / met)) : 0;
+  return std::min(std::max(apart, strewn), 1.0);
+}
+
+// The same as optical depth of one voxel edge, at most `most`: a ray of the cube's mean chord, 1/Σ|w_k|, loses opacity_along.
+[[nodiscard]] inline double depth_along(const AxisOpacity& voxel, const V3d& w, double most) {
+  const double opacity = opacity_along(voxel, w);
+  return opacity < 1 ? std::min(-std::log1p(-opacity) * (std::abs(w.x) + std::abs(w.y) + std::abs(w.z)), most) : most;
+}
+
+}  // namespace texel

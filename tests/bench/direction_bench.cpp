@@ -1,0 +1,202 @@
+// What a voxel alone hides of a ray in any direction: rules that know the opacity along the axes, against rays through the voxel (docs/accuracy.md).
+//   direction_bench [MODEL …]   64³ and all levels; without any, models of the shared data and the samples
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bake/bake.h"
+#include "bake/compare_sums.h"
+#include "bake/compare_voxels.h"
+#include "bake/direction_opacity.h"
+#include "bake/light.h"
+#include "formats/error.h"
+#include "formats/read.h"
+
+namespace texel {
+namespace {
+
+constexpr int kDirections = 1000, kVoxels = 150, kRays = 32;  // kRays: in two halves, whose errors are independent
+constexpr double kMostDepth = 40;
+
+std::uint64_t mixed(std::uint64_t x) {  // splitmix64
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+double unit(std::uint64_t x) { return static_cast<double>(mixed(x) >> 11) * 0x1p-53; }
+
+// What a pack says of one voxel.
+struct Voxel {
+  V3d alpha, tau, crossings;           // along the axes
+  double area = 0;                     // / h²
+  VoxelNdf ndf;
+  AxisOpacity axes;
+};
+
+double share(const V3d& w) { return std::abs(w.x) + std::abs(w.y) + std::abs(w.z); }  // the cube's shadow / h²; 1 / its mean chord
+
+// Mean of 1 − e^(−τ·chord) over the chords of the unit cube in direction w, by rays from a grid on its three faces.
+double over_chords(double tau, const V3d& w) {
+  constexpr int kGrid = 6;
+  double sum = 0;
+  const V3d a(std::abs(w.x), std::abs(w.y), std::abs(w.z));
+  for (int face = 0; face < 3; ++face) {
+    if (a[face] < 1e-9) continue;
+    const int u = (face + 1) % 3, v = (face + 2) % 3;
+    double part = 0;
+    for (int i = 0; i < kGrid; ++i)
+      for (int j = 0; j < kGrid; ++j) {
+        const double x = (i + 0.5) / kGrid, y = (j + 0.5) / kGrid;
+        const double chord = std::min({1 / a[face], a[u] > 0 ? (1 - x) / a[u] : 1e9, a[v] > 0 ? (1 - y) / a[v] : 1e9});
+        part -= std::expm1(-tau * chord);
+      }
+    sum += a[face] * part / (kGrid * kGrid);
+  }
+  return sum / share(w);
+}
+
+// How far crossings hide apart from each other: g of 1 − α = g·e^(−N) + (1 − g)·max(0, 1 − N).
+double strewn_share(double alpha, double n) {
+  const double independent = std::exp(-n), linear = std::max(0.0, 1 - n);
+  return independent - linear > 1e-6 ? std::clamp((1 - alpha - linear) / (independent - linear), 0.0, 4.0) : 1;
+}
+
+struct Rule {
+  const char* name;
+  double (*opacity)(const Voxel&, const V3d& w);
+};
+
+double layers(const Voxel& v, const V3d& w) {
+  double sigma = 0;
+  projected_areas(v.ndf, v.area, std::span(&w, 1), std::span(&sigma, 1));
+  return sigma / share(w);
+}
+
+const std::array kRules = {
+    Rule{"Σ|ω_k|·α_k (Ratib)", [](const Voxel& v, const V3d& w) { return std::min(std::abs(w.x) * v.alpha.x + std::abs(w.y) * v.alpha.y + std::abs(w.z) * v.alpha.z, 1.0); }},
+    Rule{"density", [](const Voxel& v, const V3d& w) { return -std::expm1(-(v.tau.x + v.tau.y + v.tau.z) / 3 / share(w)); }},
+    Rule{"areas by S", [](const Voxel& v, const V3d& w) { return -std::expm1(-layers(v, w)); }},
+    Rule{"depths joined by S", [](const Voxel& v, const V3d& w) { return -std::expm1(-ellipsoid_shadow(V3f(v.tau), v.axes.joined, w) / share(w)); }},
+    Rule{"the same over chords", [](const Voxel& v, const V3d& w) { return over_chords(ellipsoid_shadow(V3f(v.tau), v.axes.joined, w), w); }},
+    Rule{"layers, blended by g", [](const Voxel& v, const V3d& w) {
+      double g = 0;
+      for (int k = 0; k < 3; ++k) g += w[k] * w[k] * strewn_share(v.alpha[k], v.crossings[k]);
+      const double n = ellipsoid_shadow(V3f(v.crossings), v.axes.joined, w) / share(w);
+      return std::clamp(1 - g * std::exp(-n) - (1 - g) * std::max(0.0, 1 - n), 0.0, 1.0); }},
+    Rule{"alpha joined by S", [](const Voxel& v, const V3d& w) { return std::min(ellipsoid_shadow(v.axes.alpha, v.axes.joined, w) / share(w), 1.0); }},
+    Rule{"without crossings", [](const Voxel& v, const V3d& w) {
+      AxisOpacity axes = v.axes;
+      for (int k = 0; k < 3; ++k) axes.met[k] = axes.depth[k] = static_cast<float>(std::min(v.tau[k], 1.0));
+      return opacity_along(axes, w); }},
+    Rule{"opacity_along", [](const Voxel& v, const V3d& w) { return opacity_along(v.axes, w); }},
+};
+
+struct Sums { double error = 0, square = 0; };
+
+void measure(const std::string& path) {
+  Report report;
+  Recipe recipe;
+  recipe.resolution = V3i(64, 0, 0);
+  recipe.want = {.slices = false, .density = true, .color = false, .ndf = true, .visibility = true, .material = false, .normal = true, .levels = true, .preview = false};
+  recipe.samples = 16;
+  recipe.fill = Fill::kOff;
+  const Scene scene = read_scene(path, report);
+  const Pack pack = bake(scene, recipe, report);
+  const RayScene rays(scene);
+  std::vector<V3d> directions = half_sphere(kDirections);
+  for (std::size_t l = 0; l < pack.levels.size(); ++l) {
+    const Level& level = pack.levels[l];
+    const VoxelField alpha(level, "alpha", 3), area(level, "area", 1), crossings(level, "crossings", 3), diagonal(level, "S_diag", 3), off(level, "S_off", 3);
+    const NdfField ndf(level, NdfKind::kSggx);
+    std::vector<std::pair<std::uint64_t, V3i>> order;
+    for_each_active(area, level.grid.n, [&](const V3i& v, const float* a) {
+      if (*a > 0) order.emplace_back(mixed(static_cast<std::uint64_t>(v.x) << 40 | static_cast<std::uint64_t>(v.y) << 20 | static_cast<std::uint64_t>(v.z)), v);
+    });
+    std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    if (order.size() > kVoxels) order.resize(kVoxels);
+    std::vector<std::array<Sums, kRules.size()>> found(order.size());
+    std::vector<double> truth(order.size());
+    tbb::parallel_for(std::size_t{0}, order.size(), [&](std::size_t i) {
+      const V3i at = order[i].second;
+      const auto stored = ndf.at(at);
+      const float *a = alpha.at(at), *n = crossings.at(at);
+      if (!stored || !a || !n) return;
+      Voxel v{.alpha = V3d(a[0], a[1], a[2]), .tau = {}, .crossings = V3d(n[0], n[1], n[2]), .area = static_cast<double>(area.value(at, 0)), .ndf = *stored, .axes = axis_opacity(a, n, diagonal.at(at), off.at(at), false)};
+      for (int k = 0; k < 3; ++k) v.tau[k] = std::min(-std::log1p(-std::min(v.alpha[k], 1.0)), kMostDepth);
+      for (int d = 0; d < kDirections; ++d) {
+        // All eight octants, so that a voxel is looked at from everywhere.
+        V3d w = directions[static_cast<std::size_t>(d)];
+        if (d & 1) w = -w;
+        double half[2] = {0, 0};
+        const double total = share(w);
+        for (int r = 0; r < kRays; ++r) {
+          const std::uint64_t seed = (order[i].first + static_cast<std::uint64_t>(d)) * 64 + static_cast<std::uint64_t>(r) * 3;
+          double pick = (r / 2 + unit(seed)) / (kRays / 2) * total;
+          int face = 0;
+          while (face < 2 && pick > std::abs(w[face])) pick -= std::abs(w[face++]);
+          V3d p(0, 0, 0);
+          p[face] = w[face] > 0 ? 0 : 1;
+          p[(face + 1) % 3] = unit(seed + 1);
+          p[(face + 2) % 3] = unit(seed + 2);
+          double length = 1e9;
+          for (int k = 0; k < 3; ++k)
+            if (w[k] != 0) length = std::min(length, ((w[k] > 0 ? 1 : 0) - p[k]) / w[k]);
+          const V3d from = V3d(at) + p;
+          half[r & 1] += static_cast<double>(rays.blocked(level.grid.to_world(from), level.grid.to_world(from + w * length))) / (kRays / 2);
+        }
+        truth[i] += (half[0] + half[1]) / 2 / kDirections;
+        for (std::size_t rule = 0; rule < kRules.size(); ++rule) {
+          const double said = kRules[rule].opacity(v, w);
+          found[i][rule].error += said - (half[0] + half[1]) / 2;
+          found[i][rule].square += (said - half[0]) * (said - half[1]);  // unbiased whatever the rays' own noise
+        }
+      }
+    });
+    const double count = static_cast<double>(order.size()) * kDirections;
+    double mean = 0;
+    for (const double t : truth) mean += t / static_cast<double>(order.size());
+    std::printf("%s\t%zu\t%zu\t%.3f", std::filesystem::path(path).stem().c_str(), l, order.size(), mean);
+    for (std::size_t rule = 0; rule < kRules.size(); ++rule) {
+      Sums sum;
+      for (const auto& f : found) {
+        sum.error += f[rule].error;
+        sum.square += f[rule].square;
+      }
+      std::printf("\t%+.3f %.3f", sum.error / count, std::sqrt(std::max(sum.square / count, 0.0)));
+    }
+    std::printf("\n");
+    std::fflush(stdout);
+  }
+}
+
+int run(int argc, char** argv) {
+  std::vector<std::string> models(argv + 1, argv + argc);
+  if (models.empty()) {
+    const std::string shared = TEXEL_SHARED_DATA, samples = TEXEL_SAMPLES;
+    models = {shared + "/models/bunny_closed.off", shared + "/models/hedge/hedgeTextured.obj", samples + "/plant/plant.opf", samples + "/hair/tuft.hair"};
+  }
+  std::printf("model\tlevel\tvoxels\ttruth");
+  for (const Rule& rule : kRules) std::printf("\t%s", rule.name);
+  std::printf("\n");
+  for (const std::string& model : models) measure(model);
+  return 0;
+}
+
+}  // namespace
+}  // namespace texel
+
+int main(int argc, char** argv) {
+  try {
+    return texel::run(argc, argv);
+  } catch (const texel::Error& error) {
+    std::fprintf(stderr, "direction_bench: %s\n", error.what());
+    return 1;
+  }
+}
