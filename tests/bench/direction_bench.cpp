@@ -180,7 +180,8 @@ int run(int argc, char** argv) {
   std::vector<std::string> models(argv + 1, argv + argc);
   if (models.empty()) {
     const std::string shared = TEXEL_SHARED_DATA, samples = TEXEL_SAMPLES;
-    models = {shared + "/models/bunny_closed.off", shared + "/models/hedge/hedgeTextured.obj", samples + "/plant/plant.opf", samples + "/hair/tuft.hair"};
+    models = {shared + "/models/bunny_closed.off", shared + "/models/dragon.obj", shared + "/models/hedge/hedgeTextured.obj", shared + "/models/bonsai/bonsai-tree.obj",
+              shared + "/models/lily_vase/calla_lily_with_roses.obj", shared + "/models/bicycle/bicycle.obj", shared + "/models/fruit_bowl/bowlWithFruits.obj", shared + "/amap/scenes/coffee.opf", samples + "/plant/plant.opf", samples + "/hair/tuft.hair"};
   }
   std::printf("model\tlevel\tvoxels\ttruth");
   for (const Rule& rule : kRules) std::printf("\t%s", rule.name);
