@@ -79,12 +79,17 @@ void fold(std::span<CellSum> sums, int edge) {
   }
 }
 
+// What a band has seen of a voxel that others meet, too: added up in the order of the bands.
+struct SeenPart { int level; std::int64_t voxel; SeenMaterial sums; };
+
 struct Worker {                               // reused buffers of one thread
   Band band;
   BandScratch trace;
   SliceScratch slice;
   std::vector<Cell> cells;
   std::vector<CellSum> sums;
+  std::vector<SeenMaterial> seen;             // per cell
+  std::vector<SeenPart> seen_parts;
 };
 
 // Follows one ray through the border voxels of its column, from crossing to crossing. Cells are level-`level` voxels. `sums` has one more
@@ -180,6 +185,7 @@ struct Tracer {
   const SliceShader& shade;
   // Of level 0; a voxel's rays along one axis are all in one band, so adding needs no order. Null: not wanted.
   std::vector<Moments>* visible;
+  bool sees_material;                         // what options.seen_material wants is gathered
   mutable std::vector<double> weights{};
 
   std::span<const Crossing> ray(const Band& band, std::size_t id) const {
@@ -236,6 +242,52 @@ struct Tracer {
     (*visible)[static_cast<std::size_t>(voxel)].add(m, weight / (rays * bundle.pattern.rays()));
   }
 
+  // What is seen of a column's voxels, by more rays than opacity has need of: what a ray sees first varies from ray to ray far more than whether it is stopped.
+  void see_material(Worker& w, int level, int cu, int cv) const {
+    const Band& band = w.band;
+    const RayPattern& pattern = bundle.pattern;
+    const RayStep step(level, pattern.rows, pattern.per_row, kSeenRays);
+    const int v0 = std::max(band.v0, cv << level), v1 = std::min(band.v1, (cv + 1) << level), u0 = cu << level, u1 = std::min(bundle.nu, u0 + (1 << level));
+    const std::int64_t first_row = (std::int64_t{cv} << level) * pattern.rows;
+    SeenRay seen;
+    seen.width = step.step / std::sqrt(static_cast<double>(pattern.rays()));
+    seen.rays = pattern.rays() * std::pow(4.0, level) / (static_cast<double>(step.step) * step.step);
+    w.seen.assign(w.cells.size(), {});
+    for (std::int64_t row = std::int64_t{v0} * pattern.rows; row < std::int64_t{v1} * pattern.rows; ++row) {
+      if (!step.row(row - first_row)) continue;
+      const auto r = static_cast<std::size_t>(row % pattern.rows), per_row = static_cast<std::size_t>(pattern.per_row);
+      const std::size_t base = (static_cast<std::size_t>(row - std::int64_t{band.v0} * pattern.rows) * static_cast<std::size_t>(band.width) + static_cast<std::size_t>(band.place(u0))) * per_row;
+      seen.v = static_cast<double>(row / pattern.rows) + pattern.v[r] * 0x1p-16;
+      for (auto i = static_cast<std::size_t>(step.first_column(row - first_row)); i < static_cast<std::size_t>(u1 - u0) * per_row; i += static_cast<std::size_t>(step.step)) {
+        const auto list = ray(band, base + i);
+        if (list.empty()) continue;
+        seen.u = u0 + static_cast<double>(i / per_row) + pattern.u[r * per_row + i % per_row] * 0x1p-16;
+        see_along(w, level, list, seen);
+      }
+    }
+    // A voxel's rays along an axis are all in one band where that is as high as the voxel; then adding needs no order.
+    const bool own = 1 << level <= bundle.band_rows;
+    for (std::size_t i = 0; i < w.cells.size(); ++i) {
+      if (!(w.seen[i].met.area > 0)) continue;
+      if (own) found.result.levels[static_cast<std::size_t>(level)].seen_material[static_cast<std::size_t>(w.cells[i].index)] += w.seen[i];
+      else w.seen_parts.push_back({level, w.cells[i].index, w.seen[i]});
+    }
+  }
+
+  void see_along(Worker& w, int level, std::span<const Crossing> list, SeenRay& seen) const {
+    std::size_t c = 0;
+    int winding = 0;
+    for (std::size_t i = 0; i < w.cells.size() && c < list.size(); ++i) {
+      const int lo = w.cells[i].k << level, hi = std::min(lo + (1 << level), high);
+      for (; c < list.size() && list[c].cell < lo; ++c) winding += list[c].winding;
+      const std::size_t from = c;
+      seen.winding = winding;
+      for (; c < list.size() && list[c].cell < hi; ++c) winding += list[c].winding;
+      seen.list = list.subspan(from, c - from);
+      if (c > from) add_seen(bundle, seen, options.seen_material, w.seen[i]);
+    }
+  }
+
   void level_column(Worker& w, int level, int cu, int cv, std::vector<InsideRun>* runs) const {
     const Band& band = w.band;
     const RayPattern& pattern = bundle.pattern;
@@ -264,6 +316,7 @@ struct Tracer {
         follow_ray(list.data(), list.data() + list.size(), w.cells, level, low, high, w.sums, runs ? &inside_first : nullptr);
       }
     }
+    if (sees_material) see_material(w, level, cu, cv);
     fold(w.sums, 1 << level);
     if (level == 0) {  // all of a level-0 column's rays are in this band
       for (std::size_t i = 0; i < w.cells.size() && found.lengths; ++i) (*found.lengths)[static_cast<std::size_t>(w.cells[i].index)] = static_cast<float>(w.sums[i].length / pattern.rays());
@@ -447,9 +500,11 @@ std::int64_t see_axis(const AxisRays& rays, const AxisFound& found, const std::f
   std::vector<Tracer> tracers;
   for (const Bundle& b : rays.bundles)
     tracers.push_back({b, views, sums, found, gain, missed, along ? slab.z0 : 0, along ? slab.z1 : bundle.nw, begins_inside.empty() ? nullptr : &begins_inside, levels, rays.plain, options, rays.shade,
-                       volume && options.visible_normals ? &found.result.levels[0].visible : nullptr});
+                       volume && options.visible_normals ? &found.result.levels[0].visible : nullptr,
+                       volume && options.seen_material.any()});
   const int b0 = along ? 0 : slab.z0 / bundle.band_rows, b1 = along ? bundle.bands : (slab.z1 + bundle.band_rows - 1) / bundle.band_rows;
   tbb::enumerable_thread_specific<Worker> workers;
+  std::vector<std::vector<SeenPart>> seen_parts(static_cast<std::size_t>(bundle.bands));
   std::atomic<std::int64_t> met{0};
   std::atomic<int> done{0};
   tbb::parallel_for(b0, b1, [&](int b) {
@@ -464,12 +519,16 @@ std::int64_t see_axis(const AxisRays& rays, const AxisFound& found, const std::f
       const bool all = !along || (slab.z0 == 0 && slab.z1 == bundle.nw);
       met += all ? end - begin : std::count_if(begin, end, [&](const Crossing& c) { return (c.cell >= slab.z0 || slab.z0 == 0) && (c.cell < slab.z1 || slab.z1 == bundle.nw); });
     }
+    seen_parts[s] = std::move(w.seen_parts);
+    w.seen_parts.clear();
     if (slices && tracers.size() > 1) {  // pixel by pixel, whichever pattern they had
       std::stable_sort(slices->records.begin() + static_cast<std::ptrdiff_t>(records), slices->records.end(), [](const auto& x, const auto& y) { return x.pixel.at < y.pixel.at; });
       std::stable_sort(slices->runs.begin() + static_cast<std::ptrdiff_t>(slice_runs), slices->runs.end(), [](const auto& x, const auto& y) { return x.at < y.at; });
     }
     progress(static_cast<double>(++done) / (b1 - b0));
   });
+  for (const auto& parts : seen_parts)
+    for (const SeenPart& part : parts) found.result.levels[static_cast<std::size_t>(part.level)].seen_material[static_cast<std::size_t>(part.voxel)] += part.sums;
   const auto tracer_of = [&](int u, int v) -> const Tracer& {
     for (const Tracer& t : tracers)
       if (t.bundle.columns.empty() || t.bundle.columns[t.place_of(u, v)] != 0) return t;

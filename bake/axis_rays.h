@@ -14,6 +14,7 @@ struct InsideRun { std::int32_t u, v, first, last; };  // voxels of a level-0 co
 // Which rays a level uses: every 2^shift-th row, and in it every 2^shift-th ray, staggered, so that there are twice a level-0 voxel's along
 // the edge of each of its voxels, or `least`, where there are as many. Never fewer than one in eight: what the coarsest levels cost is little.
 // Rows count from the voxel's first, so that every voxel has the same rays.
+inline constexpr int kSeenRays = 32;            // `least` of VisibilityOptions::seen_material
 struct RayStep {
   int shift = 0, step = 1;
   RayStep(int level, int rows_per_voxel, int per_row, int least);

@@ -71,6 +71,19 @@ std::optional<V3f> one_color(const Scene& scene, const TextureSet& textures) {
   return first->kd;
 }
 
+// Whether all the surface there is has one material, but for colour.
+bool one_material(const Scene& scene) {
+  const std::vector<bool> used = used_materials(scene);
+  const Material* first = nullptr;
+  for (std::uint32_t m = 0; m < used.size(); ++m) {
+    if (!used[m]) continue;
+    const Material& material = scene.materials[m];
+    if (first && (first->ks != material.ks || first->ke != material.ke || first->roughness != material.roughness || first->opacity != material.opacity)) return false;
+    first = &material;
+  }
+  return true;
+}
+
 // How often what repeats can be halved: a voxel must never hold the end of one period and the beginning of the next.
 int periods_halve(const V3i& counts, const Recipe& recipe) {
   int most = 31;
@@ -199,6 +212,7 @@ constexpr double kOpenThickness = 2;  // voxels: what measure_thickness says of 
 DensityBake bake_scene_density(const Scene& scene, Plan& plan, const Recipe& recipe, int levels, Report& report) {
   const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
   if (recipe.shadows) unsupported("--shadows", "a density casts no shadows in this version");
+  if (recipe.material == MaterialOf::kVisible) unsupported("--material visible", "a density has no one surface to see");
   if (recipe.normals == Normals::kVisible) unsupported("--normals visible", "a density has no one surface to see");
   if (recipe.max_error > 0) unsupported("--max-error", "a density's samples are not chosen by error in this version");
   if (recipe.fill == Fill::kOn) unsupported("--fill on", "a density is solid where it is 1 and has nothing to fill");
@@ -383,6 +397,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   SlabSums sums;
   std::optional<V3f> one;  // of all the surface there is
 
+  VisibilityOptions options;
   // 6.–8. From level to level, what needs no geometry comes from the one below; then everything becomes grids. `first`: of the slab's levels.
   const auto finish = [&](std::vector<Surface>& surfaces, VisibilityResult& seen, int first, const Report& to) {
     const StageTimer timer(report, "levels");
@@ -395,14 +410,20 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
         surfaces[l - 1] = {};  // the finest level is most of the memory
         seen.levels[l - 1] = {};
       }
+      SeenSurface shown = seen_surface(surfaces[l], seen.levels[l].seen_material, options.seen_material);
+      const auto exchange = [&] {  // the level above is made of all surface's sums
+        if (!shown.color.empty()) std::swap(surfaces[l].color, shown.color);
+        if (!shown.material.empty()) std::swap(surfaces[l].material, shown.material);
+      };
+      exchange();
       parts[l].push_back(make_part(surfaces[l], seen.levels[l], grid, level, recipe, kinds));
+      exchange();
       if (to.progress) to.progress("levels", static_cast<double>(level + 1 - first) / static_cast<double>(last - first));
     }
   };
 
   std::array<double, 3> widths{};
   widths.fill(kOpenThickness * plan.grid.h);
-  VisibilityOptions options;
   if (density) {
     DensityBake baked;
     {
@@ -424,6 +445,10 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     if (!colors) one = {};
     options.recompute = recipe.level_mode == LevelMode::kRecompute;
     options.visible_normals = recipe.normals == Normals::kVisible && (want.ndf || want.normal);
+    if (recipe.material == MaterialOf::kVisible) {
+      options.seen_material = {.color = want.color && !one, .material = want.material && what.material && !one_material(scene)};
+      if (!options.seen_material.any() && (want.color || want.material)) report.skip("visible material", "all of the surface has the same");
+    }
     std::unique_ptr<RayScene> rays;
     {
       const StageTimer timer(report, "crossings");
@@ -440,7 +465,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
       const auto a = static_cast<std::size_t>(axis);
       options.slice_axes[a] = want.slices && recipe.slice_axes[a];
       // Colour of the inside needs the inside flags, which the rays along z find.
-      options.volume_axes[a] = opacity || (want.color && plan.fill && axis == 2) || options.visible_normals;
+      options.volume_axes[a] = opacity || (want.color && plan.fill && axis == 2) || options.visible_normals || options.seen_material.any();
       options.slice_counts[a] = slice_count(recipe, plan.grid, widths[a], axis);
     }
     if (cyclic && std::any_of(recipe.lights.begin(), recipe.lights.end(), [](const Light& l) { return l.kind == Light::Kind::kPoint; }))

@@ -37,17 +37,42 @@ std::vector<V3i> surface_voxels(const Level& level) {
 
 struct Fields {
   NdfField ndf;
-  VoxelField alpha, solid, area, coverage, normal, color;
+  VoxelField alpha, solid, area, coverage, normal, color, ks, roughness, transparency, emission;
   Fields(const Level& level, NdfKind kind)
-      : ndf(level, kind), alpha(level, "alpha", 3), solid(level, "solid", 1), area(level, "area", 1), coverage(level, "coverage", 1), normal(level, "normal", 3), color(level, "Cd", 3) {}
+      : ndf(level, kind), alpha(level, "alpha", 3), solid(level, "solid", 1), area(level, "area", 1), coverage(level, "coverage", 1), normal(level, "normal", 3), color(level, "Cd", 3), ks(level, "ks", 3), roughness(level, "roughness", 1), transparency(level, "transparency", 1), emission(level, "emission", 3) {}
+  [[nodiscard]] bool material() const { return ks.present() || roughness.present() || transparency.present() || emission.present(); }
 };
 
 struct Sums {
   std::array<ErrorSums, 3> alpha, noise;
-  ErrorSums solid, area, coverage, sigma, normal, angle, color;
+  ErrorSums solid, area, coverage, sigma, normal, angle, color, ks, roughness, transparency, emission;
   double true_area = 0, covered = 0;  // covered: of the voxels in sigma
   std::int64_t indefinite = 0;
 };
+
+void add_vector(const float* value, const V3d& truth, ErrorSums& to) {
+  if (!value) return;
+  double mean = 0, square = 0, most = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double e = static_cast<double>(value[k]) - truth[k];
+    mean += e / 3;
+    square += e * e / 3;
+    most = std::max(most, std::abs(e));
+  }
+  to.add(mean, square, most);
+}
+
+// What the recipe averages over: all surface, or what is seen of it.
+void add_material(const VoxelTruth& t, const Fields& f, bool seen, Sums& to) {
+  seen = seen && t.seen.area > 0;
+  const double area = seen ? t.seen.area : t.moments.covered;
+  const MaterialSums& sums = seen ? t.seen.material : t.material;
+  add_vector(f.color.at(t.at), seen ? t.seen.color / area : t.color, to.color);
+  add_vector(f.ks.at(t.at), sums.ks / area, to.ks);
+  add_vector(f.emission.at(t.at), sums.emission / area, to.emission);
+  if (const float* r = f.roughness.at(t.at)) to.roughness.add(static_cast<double>(*r) - mean_roughness(sums, area));
+  if (const float* c = f.transparency.at(t.at)) to.transparency.add(static_cast<double>(*c) - sums.transparency / area);
+}
 
 void add_voxel(const VoxelTruth& t, const Fields& f, bool visible, std::span<const V3d> directions, std::span<double> sigma, Sums& to) {
   const float* alpha = f.alpha.at(t.at);
@@ -64,16 +89,6 @@ void add_voxel(const VoxelTruth& t, const Fields& f, bool visible, std::span<con
   const auto covered = area * static_cast<double>(f.coverage.value(t.at, 1));
   to.coverage.add(static_cast<double>(f.coverage.value(t.at, 1)) - t.moments.covered / t.area);
   if (const float* m = f.normal.at(t.at)) to.normal.add((V3d(V3f(m[0], m[1], m[2])) - moments.m / moments.covered).length());
-  if (const float* c = f.color.at(t.at)) {
-    double mean = 0, square = 0, most = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double e = static_cast<double>(c[k]) - t.color[k];
-      mean += e / 3;
-      square += e * e / 3;
-      most = std::max(most, std::abs(e));
-    }
-    to.color.add(mean, square, most);
-  }
   const auto ndf = f.ndf.at(t.at);
   if (!ndf) return;
   to.indefinite += is_indefinite(*ndf);
@@ -126,13 +141,16 @@ void compare_level(const Work& work, int number, const Surface& surface) {
     rows.push_back(at_level(exactly("volume_relative", sum_of(f.solid, level.grid.n) / volume - 1, of), number));
 
   const std::vector<V3d> directions = half_sphere(kDirections);
-  TruthOptions what{.rays = f.alpha.present() || work.baked.normals == Normals::kVisible ? 64 : 0, .directions = directions, .bins = false, .color = f.color.present(), .seed = work.options.seed};
+  const bool seen = work.baked.material == MaterialOf::kVisible && (f.color.present() || f.material());
+  TruthOptions what{.rays = f.alpha.present() || work.baked.normals == Normals::kVisible || seen ? 64 : 0, .directions = directions, .bins = false, .color = f.color.present(), .visible_material = seen, .seed = work.options.seed};
   const std::vector<V3i> chosen = sample_voxels(std::move(all), work.options.voxels, work.options.seed);
   const std::vector<VoxelTruth> voxels = true_voxels(work.truth, number, chosen, what, work.report);
   if (voxels.empty()) return;
   Sums sums;
   std::vector<double> sigma(directions.size());
   for (const VoxelTruth& t : voxels) add_voxel(t, f, work.baked.normals == Normals::kVisible, directions, sigma, sums);
+  for (const VoxelTruth& t : voxels)
+    if (t.moments.covered > 0) add_material(t, f, seen, sums);
 
   // Of measures that only some voxels have, the population is not known better than by their share.
   const auto population = [&](const ErrorSums& s) {
@@ -168,6 +186,13 @@ void compare_level(const Work& work, int number, const Surface& surface) {
     rows.push_back(at_level(sums.color.rms("color_rms", population(sums.color)), number));
     rows.push_back(at_level(sums.color.max("color_max", population(sums.color)), number));
   }
+  const auto add_rms = [&](const ErrorSums& s, const char* name) {
+    if (s.count > 0) rows.push_back(at_level(s.rms(name, population(s)), number));
+  };
+  add_rms(sums.ks, "ks_rms");
+  add_rms(sums.roughness, "roughness_rms");
+  add_rms(sums.transparency, "transparency_rms");
+  add_rms(sums.emission, "emission_rms");
 }
 
 }  // namespace

@@ -168,6 +168,14 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
       coarse_seen.visible[static_cast<std::size_t>(p)] += fine_seen.visible[static_cast<std::size_t>(i)];
     });
   }
+  // Likewise of a voxel by itself; where rays have seen the level, it has its own.
+  if (!fine_seen.seen_material.empty() && coarse_seen.seen_material.empty()) {
+    coarse_seen.seen_material.resize(count);
+    for_each_voxel(fine.set, [&](const V3i& voxel, std::int64_t i) {
+      const std::int64_t p = find(coarse.set, parents, V3i(voxel.x >> 1, voxel.y >> 1, voxel.z >> 1));
+      coarse_seen.seen_material[static_cast<std::size_t>(p)] += fine_seen.seen_material[static_cast<std::size_t>(i)];
+    });
+  }
   coarse_seen.solid.assign(solid.begin(), solid.end());
   for (std::size_t a = 0; a < 3; ++a) {
     if (!stopped[a].empty()) {

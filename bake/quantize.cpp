@@ -141,7 +141,7 @@ Layer surface_layer(const Surface& surface, const Visibility& seen, int level, c
   if (recipe.want.visibility) add("crossings", 3, [&](std::size_t i) { return surface.areas[i].crossings / face; });
   if (recipe.want.material && !surface.material.empty()) {
     if (kinds.ks) add("ks", 3, [&](std::size_t i) { return over_covered(i, surface.material[i].ks); });
-    if (kinds.roughness) add("roughness", 1, [&](std::size_t i) { return V3d(std::sqrt(over_covered(i, V3d(surface.material[i].roughness2)).x), 0, 0); });
+    if (kinds.roughness) add("roughness", 1, [&](std::size_t i) { return V3d(mean_roughness(surface.material[i], surface.areas[i].covered), 0, 0); });
     if (kinds.transparency) add("transparency", 1, [&](std::size_t i) { return over_covered(i, V3d(surface.material[i].transparency)); });
     if (kinds.emission) add("emission", 3, [&](std::size_t i) { return over_covered(i, surface.material[i].emission); });
   }

@@ -18,6 +18,7 @@ namespace texel {
 enum class Fill { kAuto, kOn, kOff };            // auto: closed components; on: as auto, and it is an error if none is closed
 enum class NdfKind { kSggx, kNeyret, kRatib };
 enum class Normals { kAll, kVisible };
+enum class MaterialOf { kAll, kVisible };        // whose colour and material a voxel has: all surface's, or what is seen of it from outside
 enum class LevelMode { kRecompute, kFilter };
 enum class Sidedness { kAuto, kAlways, kNever }; // auto: materials with cut-outs are two-sided
 enum class Pattern { kLattice, kGrid };          // kLattice: rank-1 lattice, one ray in each of s² rows and columns; kGrid: s × s
@@ -61,6 +62,7 @@ struct Recipe {
   bool shadows = false;
   NdfKind ndf = NdfKind::kSggx;
   Normals normals = Normals::kAll;
+  MaterialOf material = MaterialOf::kAll;
   Sidedness two_sided = Sidedness::kAuto;
   int levels = -1;                        // −1: down to one voxel; else how many levels in all, 1…
   LevelMode level_mode = LevelMode::kRecompute;

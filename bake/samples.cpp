@@ -174,6 +174,7 @@ SampleChoice choose_samples(const Scene& scene, const Plan& plan, const TextureS
   look.options.slice_axes = {false, false, false};
   look.options.volume_axes = {true, true, true};
   look.options.visible_normals = false;
+  look.options.seen_material = {};
   look.options.chosen = nullptr;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);

@@ -12,7 +12,8 @@ double bytes_per_voxel(const SurfaceWant& want, const VisibilityOptions& options
   if (want.normals) sums += sizeof(Moments);
   if (want.color) sums += sizeof(V3d);
   if (want.material) sums += sizeof(MaterialSums);
-  const double seen = 12 + 4 + 8 + 12 + (options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] ? 8 : 0) + (options.visible_normals ? double{sizeof(Moments)} : 0);
+  const double seen = 12 + 4 + 8 + 12 + (options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] ? 8 : 0) + (options.visible_normals ? double{sizeof(Moments)} : 0) +
+                      (options.seen_material.any() ? double{sizeof(SeenMaterial)} : 0);
   return 2 * sums + seen;
 }
 

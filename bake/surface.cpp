@@ -197,16 +197,7 @@ struct Clipper {
     const double w = area * static_cast<double>(s.coverage);
     if (want.normals) block.moments[at].add(facet.facing, w);
     if (want.color) block.color[at] += V3d(s.color) * w;
-    if (want.material) add_material(scene.materials[facet.material], w, block, at);
-  }
-
-  static void add_material(const Material& material, double w, DenseBlock& block, std::size_t at) {
-    MaterialSums& mean = block.material[at];
-    const double alpha = static_cast<double>(material.roughness);
-    mean.ks += V3d(material.ks) * w;
-    mean.emission += V3d(material.ke) * w;
-    mean.roughness2 += alpha * alpha * w;
-    mean.transparency += (1 - static_cast<double>(material.opacity)) * w;
+    if (want.material) block.material[at].add(scene.materials[facet.material], w);
   }
 
   void clip_fibre(Layer8& layer, const FibreSegment& fibre, int z0, int z1) const {
@@ -227,7 +218,7 @@ struct Clipper {
         if (!colors.empty()) color *= colors[fibre.point] * static_cast<float>(1 - middle) + colors[fibre.point + 1] * static_cast<float>(middle);
         block.color[at] += V3d(color) * w;
       }
-      if (want.material) add_material(material, w, block, at);
+      if (want.material) block.material[at].add(material, w);
     });
   }
 
@@ -242,7 +233,7 @@ struct Clipper {
       V3d color;
       add_group(group, placed, !plan.is_two_sided(group.closed ? 1 : 0, group.material), cell.z, block.areas[at], want.normals ? &block.moments[at] : nullptr, w, color);
       if (want.color) block.color[at] += color;
-      if (want.material) add_material(scene.materials[group.material], w, block, at);
+      if (want.material) block.material[at].add(scene.materials[group.material], w);
     }
   }
 
@@ -385,6 +376,13 @@ Surface join(std::vector<Surface>& parts) {
 }
 
 }  // namespace
+
+double mean_roughness(const MaterialSums& sums, double covered) {
+  if (!(covered > 0)) return 0;
+  const double plain = std::sqrt(sums.roughness2 / covered), shine = (sums.ks.x + sums.ks.y + sums.ks.z) / 3;
+  if (!(shine > 0) || !(sums.sharpness > 0) || plain < kLeastAlpha) return plain;
+  return std::clamp(shine / sums.sharpness, kLeastAlpha, 1.0);
+}
 
 Surface join_surfaces(std::vector<Surface>& parts) {
   const std::optional<V3f> one_color = parts.empty() ? std::nullopt : parts.front().one_color;

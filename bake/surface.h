@@ -1,5 +1,6 @@
 #pragma once
 // Stage 2: Scene, Plan -> border voxels with exact moments of the surface in each
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -68,18 +69,35 @@ struct Moments {
   }
 };
 
+// Lobes narrower than the sun's disc look alike: none counts for more than this, so that a speck of mirror does not polish a voxel.
+inline constexpr double kLeastAlpha = 0.01;
+
 // Material sums besides colour, each weighted by covered area. Means are these over Moments::covered.
 struct MaterialSums {
   V3d ks{0, 0, 0}, emission{0, 0, 0};
-  double roughness2 = 0;    // of α², which adds like a variance
+  double sharpness = 0;     // of k/α, k the mean of ks: see mean_roughness
+  double roughness2 = 0;    // of α²
   double transparency = 0;  // of 1 − opacity
 
+  void add(const Material& material, double area) {
+    const auto alpha = static_cast<double>(material.roughness);
+    const V3d shine(material.ks);
+    ks += shine * area;
+    sharpness += (shine.x + shine.y + shine.z) / 3 / std::max(alpha, kLeastAlpha) * area;
+    emission += V3d(material.ke) * area;
+    roughness2 += alpha * alpha * area;
+    transparency += (1 - static_cast<double>(material.opacity)) * area;
+  }
   MaterialSums& operator+=(const MaterialSums& o) {
     ks += o.ks; emission += o.emission;
-    roughness2 += o.roughness2; transparency += o.transparency;
+    sharpness += o.sharpness; roughness2 += o.roughness2; transparency += o.transparency;
     return *this;
   }
 };
+
+// α of the GGX lobe that stands for the mean of all the surface's lobes k·D(α): the harmonic mean Σ A k / Σ A k/α. What does not shine has no say in it; the fit of one lobe to the mean by
+// least squares is hardly nearer, and is no sum (docs/accuracy.md, "Mean lobe"). Where nothing shines: the root of the mean α², as where all of it is narrower than kLeastAlpha.
+[[nodiscard]] double mean_roughness(const MaterialSums& sums, double covered);
 
 struct Surface {
   VoxelSet set;                         // voxels with surface in them

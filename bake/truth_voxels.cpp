@@ -87,6 +87,8 @@ struct Truth {
   }
   void add_face(const Face& face, const Voxel& voxel, VoxelTruth& to, V3d& color) const;
   void add_fibre_part(const FibreSegment& fibre, double s0, double s1, VoxelTruth& to, V3d& color) const;
+  [[nodiscard]] V3f color_at(const Face& face, const V3d& normal, double b1, double b2, double width) const;
+  [[nodiscard]] V3f fibre_color(const FibreSegment& fibre, double s, double width) const;
   void trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> faces, std::span<const std::uint32_t> fibres, VoxelTruth& to) const;
 };
 
@@ -123,6 +125,7 @@ void Truth::add_face(const Face& face, const Voxel& voxel, VoxelTruth& to, V3d& 
     to.area += area;
     if (!sampled) {
       to.moments.add(normal, area, one_sided);
+      to.material.add(material, area);
       add_normal(normal, area, to);
       color += V3d(material.kd) * area;
       continue;
@@ -152,6 +155,7 @@ void Truth::add_face(const Face& face, const Voxel& voxel, VoxelTruth& to, V3d& 
       }
       const double w = part * static_cast<double>(s.coverage);
       to.moments.add(n, w, one_sided);
+      to.material.add(material, w);
       add_normal(n, w, to);
       color += V3d(s.color) * w;
     }
@@ -165,12 +169,8 @@ void Truth::add_fibre_part(const FibreSegment& fibre, double s0, double s1, Voxe
   add_fibre(fibre, shape, s0, s1, !of.plan.two_sided[fibre.material], areas, &moments);
   to.area += areas.area / share;
   to.moments.add(moments, 1 / share);
-  const Material& material = of.scene.materials[fibre.material];
-  const double middle = (s0 + s1) / 2;
-  V3f albedo = material.kd;
-  if (material.solid) albedo = material.solid->color(of.plan.grid.to_world(fibre.a + (fibre.b - fibre.a) * middle), V3d(0, 0, 1), of.plan.grid.h * (s1 - s0) * shape.length);
-  if (const auto& colors = of.scene.fibres.colors; !colors.empty()) albedo *= colors[fibre.point] * static_cast<float>(1 - middle) + colors[fibre.point + 1] * static_cast<float>(middle);
-  color += V3d(albedo) * (areas.covered / share);
+  to.material.add(of.scene.materials[fibre.material], areas.covered / share);
+  color += V3d(fibre_color(fibre, (s0 + s1) / 2, (s1 - s0) * shape.length)) * (areas.covered / share);
   V3d side = shape.t.cross(std::abs(shape.t.x) < 0.9 ? V3d(1, 0, 0) : V3d(0, 1, 0));
   if (!(side.length() > 0)) return;
   side.normalize();
@@ -182,6 +182,20 @@ void Truth::add_fibre_part(const FibreSegment& fibre, double s0, double s1, Voxe
   }
 }
 
+// Widths in voxels of level 0.
+V3f Truth::color_at(const Face& face, const V3d& normal, double b1, double b2, double width) const {
+  const Material& material = of.scene.materials[face.material];
+  if (material.solid) return material.solid->color(of.plan.grid.to_world(face.p[0] + (face.p[1] - face.p[0]) * b1 + (face.p[2] - face.p[0]) * b2), normal, width * of.plan.grid.h);
+  return footprint_sample(of.textures, *face.mesh, face.triangle, b1, b2, face.uv_width * static_cast<float>(width * of.plan.grid.h)).color;
+}
+V3f Truth::fibre_color(const FibreSegment& fibre, double s, double width) const {
+  const Material& material = of.scene.materials[fibre.material];
+  V3f color = material.kd;
+  if (material.solid) color = material.solid->color(of.plan.grid.to_world(fibre.a + (fibre.b - fibre.a) * s), V3d(0, 0, 1), width * of.plan.grid.h);
+  if (const auto& colors = of.scene.fibres.colors; !colors.empty()) color *= colors[fibre.point] * static_cast<float>(1 - s) + colors[fibre.point + 1] * static_cast<float>(s);
+  return color;
+}
+
 // What one ray meets within the voxel.
 struct Met {
   double w;
@@ -190,6 +204,8 @@ struct Met {
   std::int8_t winding;
   bool one_sided;
   V3d normal;
+  const Material* material;
+  V3f color;
 };
 
 void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> faces, std::span<const std::uint32_t> fibres, VoxelTruth& to) const {
@@ -241,7 +257,8 @@ void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> f
           continue;
         }
         const float coverage = cutouts ? of.textures.coverage(f.material, uv_at(*f.mesh, f.triangle, e2 / sum, e0 / sum), 0) : 1.0f;
-        met.push_back({flat ? most : depth, static_cast<std::uint32_t>(ray), coverage, static_cast<std::int8_t>(winding), !of.plan.is_two_sided(f.winding, f.material), normal});
+        met.push_back({flat ? most : depth, static_cast<std::uint32_t>(ray), coverage, static_cast<std::int8_t>(winding), !of.plan.is_two_sided(f.winding, f.material), normal, &of.scene.materials[f.material],
+                       options.visible_material ? color_at(f, normal, e2 / sum, e0 / sum, step) : V3f(0, 0, 0)});
       }
   }
   for (const std::uint32_t k : fibres) {
@@ -268,12 +285,12 @@ void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> f
         const V3d up = sine > 1e-6 ? (w - shape.t * shape.t[ax.w]) / sine : w;
         for (const double side : {-1.0, 1.0})
           if (const double depth = middle + side * half; depth >= lo && depth < hi)
-            met.push_back({depth, static_cast<std::uint32_t>(ray), 1, 0, false, flat * off + up * (side * rise)});
+            met.push_back({depth, static_cast<std::uint32_t>(ray), 1, 0, false, flat * off + up * (side * rise), &of.scene.materials[f.material], options.visible_material ? fibre_color(f, s, step) : V3f(0, 0, 0)});
       }
   }
   std::sort(met.begin(), met.end(), [](const Met& x, const Met& y) { return x.ray != y.ray ? x.ray < y.ray : x.w != y.w ? x.w < y.w : x.winding > y.winding; });
 
-  std::vector<double> stopped(rays), weight;
+  std::vector<double> stopped(rays), weight, clear;
   double inside_length = 0;
   std::size_t at = 0;
   for (std::size_t ray = 0; ray < rays; ++ray) {
@@ -281,8 +298,9 @@ void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> f
     while (at < met.size() && met[at].ray == ray) ++at;
     int winding = before[ray];
     bool blocked = winding != 0;
-    double open = 1, from = lo, front = winding == 0 ? 1 : 0;
+    double open = 1, from = lo, front = winding == 0 ? 1 : 0, eye = front;  // eye: what materials' transparency lets pass, too
     weight.clear();
+    clear.clear();
     for (std::size_t k = first; k < at; ++k) {
       const double cover = static_cast<double>(met[k].coverage);
       weight.push_back(front * cover);
@@ -292,10 +310,13 @@ void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> f
       blocked = blocked || winding != 0;
       open *= 1 - cover;
       front = winding != 0 ? 0 : front * (1 - cover);
+      clear.push_back(eye * cover);
+      eye = winding != 0 ? 0 : eye * (1 - cover * static_cast<double>(met[k].material->opacity));
     }
     if (winding != 0) inside_length += hi - from;
     stopped[ray] = blocked ? 1 : 1 - open;
     double back = winding == 0 ? 1 : 0;
+    eye = back;
     for (std::size_t k = at; k-- > first;) {
       const Met& m = met[k];
       const double cover = static_cast<double>(m.coverage), seen = std::max(weight[k - first], back * cover);
@@ -305,8 +326,15 @@ void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> f
         to.visible.add(m.normal, area, m.one_sided);
         if (options.bins) to.visible_bins[static_cast<std::size_t>(normal_bin(m.normal))] += area;
       }
+      if (options.visible_material && sum > 0) {
+        const double area = (clear[k - first] + eye * cover) / (2 * sum * static_cast<double>(rays));
+        to.seen.area += area;
+        to.seen.color += V3d(m.color) * area;
+        to.seen.material.add(*m.material, area);
+      }
       winding -= m.winding;
       back = winding != 0 ? 0 : back * (1 - cover);
+      eye = winding != 0 ? 0 : eye * (1 - cover * static_cast<double>(m.material->opacity));
     }
   }
   double sum = 0, pairs = 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bake/plan.h"
+#include "bake/seen_material.h"
 #include "bake/surface.h"
 #include "bake/texture.h"
 
@@ -32,6 +33,7 @@ struct TruthOptions {
   std::span<const V3d> directions;   // in which projected areas are wanted
   bool bins = false;           // whether normals are counted (ndf_fits.h)
   bool color = true;
+  bool visible_material = false;     // `seen` is wanted, which needs rays
   std::uint32_t seed = 0;
 };
 
@@ -43,6 +45,8 @@ struct VoxelTruth {
   V3d color{0, 0, 0};          // mean albedo, 0 without covered area
   std::array<double, 3> alpha{}, noise{};  // noise: variance of alpha's own rays, estimated from pairs of neighbouring ones (an overestimate: Cochran §5A.12)
   double solid = 0;            // by the chords along z
+  MaterialSums material;       // times moments.covered
+  ShadeSums seen;              // colour and material of what is seen of the voxel from outside along the three axes, as --material visible
   Moments visible;             // of the surface seen from outside the voxel along the three axes, as --normals visible
   std::vector<double> sigma;   // Σ A|n·ω|, per direction
   std::vector<double> bins, visible_bins;  // area per bin, where asked for

@@ -108,6 +108,8 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
   result.levels.resize(surfaces.size());
   const auto count = static_cast<std::size_t>(surfaces[0].set.count);
   const bool finest = options.first_level == 0;
+  if (options.seen_material.any())
+    for (std::size_t l = static_cast<std::size_t>(options.first_level); l < (options.recompute ? surfaces.size() : 1); ++l) result.levels[l].seen_material.resize(static_cast<std::size_t>(surfaces[l].set.count));
   if (options.visible_normals && finest) result.levels[0].visible.resize(count);
   std::vector<std::vector<InsideRun>> runs;
   std::array<std::vector<float>, 3> lengths;
@@ -121,7 +123,12 @@ VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureS
     if (!options.volume_axes[a] && !options.slice_axes[a]) continue;
     std::vector<Bundle> bundles = make_bundles(scene, plan, textures, recipe, options, axis);
     if (!finest)
-      for (Bundle& b : bundles) b.used = used_rows(b, options.first_level, static_cast<int>(surfaces.size()), options.coarse_rays);
+      for (Bundle& b : bundles) {
+        b.used = used_rows(b, options.first_level, static_cast<int>(surfaces.size()), options.coarse_rays);
+        if (!options.seen_material.any()) continue;
+        const std::vector<char> more = used_rows(b, options.first_level, static_cast<int>(surfaces.size()), kSeenRays);
+        for (std::size_t r = 0; r < more.size(); ++r) b.used[r] = b.used[r] != 0 || more[r] != 0;
+      }
     if (chords) lengths[a].assign(count, 0);
     const auto progress = [&](double done) { if (report.progress) report.progress("crossings", (begun + done) / 3); };
     const AxisFound found{.result = result, .slabs = sums, .lengths = chords ? &lengths[a] : nullptr, .exact_solid = &exact_solid, .runs = &runs};
@@ -157,6 +164,7 @@ Visibility join_visibility(std::vector<Visibility>& parts) {
   for (Visibility& part : parts) {
     for (std::size_t a = 0; a < 3; ++a) append(all.alpha[a], part.alpha[a]);
     append(all.visible, part.visible);
+    append(all.seen_material, part.seen_material);
     append(all.solid, part.solid);
     append(all.inside_blocks, part.inside_blocks);
     for (const Block& block : part.inside.blocks) all.inside.add(block.at, block.mask);

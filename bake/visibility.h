@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bake/crossings.h"
+#include "bake/seen_material.h"
 #include "bake/surface.h"
 #include "bake/slice.h"
 
@@ -14,6 +15,7 @@ namespace texel {
 struct Visibility {
   std::array<std::vector<float>, 3> alpha;      // per axis and voxel: share of the rays stopped by surface or inside matter
   std::vector<Moments> visible;                 // of the surface seen from outside the voxel, where asked for; else empty
+  std::vector<SeenMaterial> seen_material;      // likewise, where that is asked for
   std::vector<float> solid;                     // filled fraction, from the chords along the axes the surface faces
   VoxelSet inside;                              // voxels wholly inside, in blocks that hold border voxels or are only partly inside
   std::vector<V3i> inside_blocks;               // whole blocks inside, sorted by (z, y, x)
@@ -43,6 +45,7 @@ struct VisibilityOptions {
   std::array<bool, 3> slice_axes{true, true, true};
   bool recompute = true;                        // opacity of the coarser levels from the crossings rather than from the finer level
   bool visible_normals = false;                 // gather Visibility::visible
+  SeenWant seen_material;                       // what of Visibility::seen_material to gather: at each level whose opacity comes from the crossings
   std::array<int, 3> slice_counts{0, 0, 0};
   Slab slab;                                    // the surfaces' voxels are all in it
   const ChosenSamples* chosen = nullptr;        // null: the recipe's samples everywhere. Then levels from 4 on have to be seen by themselves

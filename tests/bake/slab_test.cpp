@@ -106,6 +106,19 @@ TEST(Slabs, ChangeNothingOfVisibleNormals) {
   expect_slabs_change_nothing(balls_and_sheet(), recipe);
 }
 
+TEST(Slabs, ChangeNothingOfVisibleMaterial) {
+  for (const LevelMode mode : {LevelMode::kRecompute, LevelMode::kFilter}) {
+    Recipe recipe = whole_recipe(150);
+    recipe.material = MaterialOf::kVisible;
+    recipe.level_mode = mode;
+    recipe.want.slices = false;
+    Scene scene = balls_and_sheet();
+    scene.materials[1].ks = V3f(0.5f);
+    scene.materials[1].roughness = 0.2f;
+    expect_slabs_change_nothing(scene, recipe);
+  }
+}
+
 // The rays enter the box inside matter, and their share of it is handed from slab to slab.
 TEST(Slabs, ChangeNothingOfCutMatter) {
   Recipe recipe = whole_recipe(170);

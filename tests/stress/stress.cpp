@@ -109,7 +109,10 @@ void vary(Recipe& recipe, Random& random) {
   if (one_in(2)) recipe.samples = static_cast<int>(random.bits() % 7);
   if (one_in(4)) recipe.pattern = Pattern::kLattice;
   if (one_in(6)) recipe.level_mode = LevelMode::kFilter;
-  if (one_in(6)) recipe.normals = Normals::kVisible;
+  if (one_in(6)) {
+    recipe.normals = Normals::kVisible;
+    recipe.material = MaterialOf::kVisible;
+  }
   if (one_in(8)) recipe.ndf = one_in(2) ? NdfKind::kNeyret : NdfKind::kRatib;
   if (one_in(8)) recipe.two_sided = Sidedness::kAlways;
   recipe.want.slices = one_in(3);
