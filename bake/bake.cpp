@@ -19,9 +19,11 @@
 #include "bake/light.h"
 #include "bake/plan.h"
 #include "bake/polygonize.h"
+#include "bake/prune.h"
 #include "bake/quantize.h"
 #include "bake/repeat.h"
 #include "bake/repeat_functions.h"
+#include "bake/round_values.h"
 #include "bake/samples.h"
 #include "bake/slabs.h"
 #include "bake/slice.h"
@@ -35,8 +37,8 @@ namespace texel {
 namespace {
 
 void check_recipe(const Recipe& recipe) {
-  const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
-  if (recipe.prune > 0) unsupported("--prune", "pruning is not in this version");
+  if (!(recipe.prune >= 0 && recipe.prune <= 0.25)) throw Error(Code::kCommandLine, "--prune", std::to_string(recipe.prune), "give 0 to 0.25");
+  if (!(recipe.quantize >= 0 && recipe.quantize <= 0.0625)) throw Error(Code::kCommandLine, "--quantize", std::to_string(recipe.quantize), "give 0 to 0.0625");
   if (recipe.samples < 0 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
 }
 
@@ -322,6 +324,26 @@ void describe_cube(const Hypertexture& texture, Pack& pack) {
   pack.cyclic = {true, true, true};
 }
 
+void prune_pack(const Recipe& recipe, Pack& pack, Report& report) {
+  const StageTimer timer(report, "pruning");
+  const Pruned pruned = prune_levels(pack.levels, recipe.prune);
+  report.count("faint voxels left out", static_cast<double>(pruned.voxels));
+  report.count("blocks made tiles", static_cast<double>(pruned.tiles));
+  report.count("values left to the background", static_cast<double>(pruned.background));
+  if (!pruned.judged) report.skip("pruning of faint voxels", "neither visibility nor density is wanted, by which they would be judged");
+  pack.errors.push_back({"prune_column", pruned.column, "opacities left out of one column of voxels, summed: the most of any axis and level; a bound of the light that passes it beside"});
+  if (pruned.voxels > 0) {
+    pack.errors.push_back({"prune_area", pruned.area, "share of a level's surface in voxels left out, the most of any level"});
+    pack.errors.push_back({"prune_volume", pruned.volume, "share of a level's filled volume in voxels left out, the most of any level"});
+  }
+  tell_errors("prune", "blocks made tiles and values left to the background", pruned.errors, pack.errors);
+}
+
+void round_pack(const Recipe& recipe, Pack& pack, Report& report) {
+  const StageTimer timer(report, "quantizing");
+  tell_errors("quantize", "values against those before --quantize", round_levels(pack.levels, recipe.quantize), pack.errors);
+}
+
 }  // namespace
 
 Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
@@ -589,9 +611,13 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     if (density && scene.hypertexture->preset == HypertexturePreset::kOctaves) describe_cube(*scene.hypertexture, pack);
   } else {
     report.skip("volume and levels", "not wanted");
+    if (recipe.prune > 0 || recipe.quantize > 0) report.skip("--prune, --quantize", "they change the volume, which is not wanted; slices stay as they are");
     if (want.levels)
       report.issue("levels-without-volume", "levels were wanted but no grid: they belong to the volume; coarser stacks of slices are --slice-levels");
   }
+  // 10., 11. What --prune and --quantize take out of finished levels: no level is computed from what they leave.
+  if (want.volume() && recipe.prune > 0) prune_pack(recipe, pack, report);
+  if (want.volume() && recipe.quantize > 0) round_pack(recipe, pack, report);
   if (!want.slices) report.skip("slices", "not wanted");
   if (!want.slices && !recipe.lights.empty()) report.skip("baked light", "it colours slices, which are not wanted");
   if (recipe.shadows && recipe.lights.empty()) report.skip("shadows", "without --light there is nothing to cast them");

@@ -66,7 +66,8 @@ struct Recipe {
   Sidedness two_sided = Sidedness::kAuto;
   int levels = -1;                        // −1: down to one voxel; else how many levels in all, 1…
   LevelMode level_mode = LevelMode::kRecompute;
-  double prune = 0;                       // tolerance
+  double prune = 0;                       // tolerance of bake/prune.h, 0…0.25; 0: nothing is left out
+  double quantize = 0;                    // error of bake/round_values.h, 0…1/16; 0: values are not rounded
   int samples = 0;                        // sub-rays per voxel edge and axis: samples² rays through each voxel column, 1…64; 0: 4, or 6 where
                                           // textures cut holes or thin fibres lie, whose many layers need more rays for the same error (docs/accuracy.md)
   double max_error = 0;                   // choose the samples for this error of alpha; 0: as given by samples
@@ -84,7 +85,7 @@ struct Recipe {
   PlantOptions plants;                    // how plants are read, and the unit of meshes; used by read_scene
   std::string texel;                      // which texel of a scene file; empty: the one there is
   int scene = -1;                         // which scene of a glTF file; below 0: the file's own
-  WriteOptions write;                     // slice format, full float
+  WriteOptions write;                     // slice format, codec, full float
 };
 
 }  // namespace texel

@@ -73,6 +73,16 @@ void add_levels(Table& table, const Json& levels) {
   }
 }
 
+// What makes the volumes smaller than they would be; nothing where nothing does.
+void add_packing(Table& table, const Json& recipe) {
+  std::string text;
+  const auto add = [&](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
+  for (const char* key : {"prune", "quantize"})
+    if (const Json& value = member(recipe, key); value.is_number() && value.get<double>() > 0) add(std::string(key) + " " + plain(value));
+  if (const Json& codec = member(recipe, "codec"); codec.is_string() && codec != "blosc") add("codec " + plain(codec));
+  if (!text.empty()) table.line("packed", text);
+}
+
 void add_slices(Table& table, const Json& slices) {
   if (!slices.is_object()) return;
   for (const auto& [axis, stack] : slices.items()) {
@@ -99,6 +109,7 @@ std::string table_text(const Json& manifest, bool verbose) {
   table.line("box", "(" + plain(member(box, "min")) + ") .. (" + plain(member(box, "max")) + ")");
   table.line("resolution", by_x(member(manifest, "resolution")) + " voxels of " + plain(member(manifest, "voxel_size")));
   add_levels(table, member(manifest, "levels"));
+  add_packing(table, member(manifest, "recipe"));
   add_slices(table, member(manifest, "slices"));
   const auto pairs = [&](const char* key, const auto& value) {
     const Json& object = member(manifest, key);

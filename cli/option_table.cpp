@@ -276,9 +276,9 @@ std::vector<OptionRow> option_rows() {
               .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.level_mode; },
              std::vector<std::pair<const char*, LevelMode>>{{"recompute", LevelMode::kRecompute}, {"filter", LevelMode::kFilter}}),
-      number({.name = "prune", .metavar = "TOL", .group = kLevels, .commands = kBakes, .help = "leave out detail that changes less than this; only 0 in this version",
+      number({.name = "prune", .metavar = "TOL", .group = kLevels, .commands = kBakes, .help = "leave out faint voxels, and make blocks of one value one value, where that changes less than this; 0: no",
               .in_recipe = true},
-             [](auto& s) -> auto& { return s.recipe.prune; }, {0, 1}),
+             [](auto& s) -> auto& { return s.recipe.prune; }, {0, 0.25}),
 
       // Accuracy
       integer({.name = "samples", .metavar = "S|auto", .group = kAccuracy, .commands = kBakes,
@@ -294,6 +294,13 @@ std::vector<OptionRow> option_rows() {
       toggle({.name = "full-float", .group = kAccuracy, .commands = kBakes, .help = "store grids as 32-bit floats rather than halves",
               .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.write.full_float; }),
+      choice({.name = "codec", .metavar = "CODEC", .group = kAccuracy, .commands = kBakes,
+              .help = "how volumes are compressed, without loss: blosc is quicker, zip a tenth to a quarter smaller", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.write.codec; },
+             std::vector<std::pair<const char*, VolumeCodec>>{{"blosc", VolumeCodec::kBlosc}, {"zip", VolumeCodec::kZip}}),
+      number({.name = "quantize", .metavar = "E", .group = kAccuracy, .commands = kBakes,
+              .help = "round the volumes' values to steps that leave them within E, so that --codec zip makes files smaller again, by a sixth at 0.004; 0: no", .in_recipe = true},
+             [](auto& s) -> auto& { return s.recipe.quantize; }, {0, 0.0625}),
 
       // Compare
       allow({.name = "allow", .metavar = "MEASURE=VALUE", .group = kMeasuring, .commands = kCompare,

@@ -24,6 +24,11 @@ double step_of(const Channel& c) { return c.full_float ? kFloatStep : kHalfStep;
 
 using Findings = std::vector<CheckFinding>;
 
+// How far values may be off beyond their storage: what the recipe's --prune and --quantize allow (docs/accuracy.md).
+struct Allowed {
+  double prune = 0, quantize = 0;
+};
+
 // Counts what is wrong with a grid and keeps the first case, so that a bad grid makes one line and not a million.
 class Tally {
  public:
@@ -97,11 +102,12 @@ constexpr Range kRanges[] = {
     {"normal", -1, 1},    {"S_diag", 0, 1},   {"S_off", -1, 1}, {"axis_1", -100, 100},  {"axis_2", -100, 100},
 };
 
-void check_ranges(const Field& f, const std::string& file, Findings& findings) {
+void check_ranges(const Field& f, const Allowed& allowed, const std::string& file, Findings& findings) {
   const Channel& c = *f.channel;
   const auto* range = std::find_if(std::begin(kRanges), std::end(kRanges), [&](const Range& r) { return c.name == r.name; });
   const bool known = range != std::end(kRanges);
-  const double slack = step_of(c);
+  // A diagonal of S is raised to stay positive.
+  const double slack = step_of(c) + (c.name == "S_diag" ? allowed.quantize : 0);
   Tally nonfinite(findings, "pack-value-nonfinite", file, "grid " + c.name + " is not finite");
   Tally outside(findings, "pack-value-range", file, "grid " + c.name + " is out of its range");
   f.each([&](const V3i& v, const float* value, int) {
@@ -137,41 +143,44 @@ std::array<double, 3> eigenvalues(const V3d& d, const V3d& o) {
   return {first, 3 * q - first - last, last};
 }
 
-void check_sggx(const Level& level, const std::string& file, Findings& findings) {
+void check_sggx(const Level& level, const Allowed& allowed, const std::string& file, Findings& findings) {
   const auto diag = field(level, "S_diag", 3), off = field(level, "S_off", 3), coverage = field(level, "coverage", 1);
   if (!diag || !off) return;
   Tally bad(findings, "pack-sggx-range", file, "S has an eigenvalue outside [0, 1] or none that is 1");
   // Rounding moves S by at most a half step of each entry; the entries' squares sum to at most 3 (eigenvalues up to 1).
   const double slack = std::numbers::sqrt3 * std::max(step_of(*diag->channel), step_of(*off->channel)) + 1e-6;
+  const double largest = slack + 1.5 * allowed.quantize;
   diag->each([&](const V3i& v, const float* d, int) {
     const float* o = off->at(v);
     // Surface that is all cut away has no normals.
     if (const float* c = coverage ? coverage->at(v) : nullptr; c && c[0] <= 0 && d[0] == 0 && d[1] == 0 && d[2] == 0) return;
     const auto e = eigenvalues(V3d(d[0], d[1], d[2]), o ? V3d(o[0], o[1], o[2]) : V3d(0));
-    if (std::abs(e[0] - 1) > slack) bad.add(v, e[0]);
+    if (std::abs(e[0] - 1) > largest) bad.add(v, e[0]);
     else if (e[2] < -slack) bad.add(v, e[2]);
   });
 }
 
 // A ray is stopped by surface it crosses or by filled matter it is in: alpha_k <= crossings_k, but for voxels with matter.
-void check_alpha(const Level& level, int number, const std::string& file, Findings& findings) {
+void check_alpha(const Level& level, int number, const Allowed& allowed, const std::string& file, Findings& findings) {
   const auto alpha = field(level, "alpha", 3), crossings = field(level, "crossings", 3), solid = field(level, "solid", 1);
   if (!alpha || !crossings) return;
   Tally bad(findings, "pack-alpha-crossings", file, "alpha is more than the crossings can stop");
   const double step = step_of(*alpha->channel), other = step_of(*crossings->channel);
   // Halves' steps of alpha and crossings; and of matter too little to be stored, which a ray along a wall may meet in each voxel of level 0 one after the other.
   const double floor = (2 + std::ldexp(1.0, number)) * kHalfFloor;
+  const double scale = 1 - step - allowed.prune;  // a tile's alpha is off in parts of it
   alpha->each([&](const V3i& v, const float* a, int) {
     const float* s = solid ? solid->at(v) : nullptr;
     if (s && s[0] > 0) return;
     const float* c = crossings->at(v);
     for (int k = 0; k < 3; ++k)
-      if (const double most = c ? c[k] : 0; a[k] * (1 - step) > most * (1 + other) + floor) return bad.add(v, a[k]);
+      if (const double most = c ? c[k] : 0; a[k] * scale - allowed.quantize * std::min(1.0, 4.0 * a[k]) > most * (1 + other) + std::max(1.0, most) * allowed.quantize + floor) return bad.add(v, a[k]);
   });
 }
 
 struct Sum {
   double value = 0, slack = 0;  // world units²; half a storage step of every voxel
+  double largest = 0;           // of one voxel
 };
 
 std::optional<Sum> area_of(const Level& level) {
@@ -181,14 +190,18 @@ std::optional<Sum> area_of(const Level& level) {
   const double face = level.grid.h * level.grid.h, step = step_of(*area->channel), floor = area->channel->full_float ? 0 : kHalfFloor;
   area->each([&](const V3i&, const float* a, int voxels) {
     sum.value += a[0] * face * voxels;
+    sum.largest = std::max(sum.largest, a[0] * face);
     sum.slack += std::max(std::abs(a[0]) * step, floor) * face * voxels;
   });
   return sum;
 }
 
-void check_area(const Level& fine, const Level& coarse, const std::string& file, Findings& findings) {
+void check_area(const Level& fine, const Level& coarse, const Allowed& allowed, const std::string& file, Findings& findings) {
   const auto a = area_of(fine), b = area_of(coarse);
-  if (!a || !b || std::abs(a->value - b->value) <= a->slack + b->slack + 1e-6 * a->value) return;
+  if (!a || !b) return;
+  // Rounding leaves a level's sum off by half a step of one voxel; pruning takes a share of it.
+  const auto off = [&](const Level& level, const Sum& sum) { return sum.slack + allowed.quantize * std::max(sum.largest, level.grid.h * level.grid.h) + allowed.prune * sum.value / (1 - allowed.prune); };
+  if (std::abs(a->value - b->value) <= off(fine, *a) + off(coarse, *b) + 1e-6 * a->value) return;
   findings.push_back({"pack-levels-area", file, "surface area is " + std::to_string(b->value) + ", " + std::to_string(a->value) + " on the finest level"});
 }
 
@@ -212,16 +225,16 @@ void check_cover(const Level& fine, const Level& coarse, const std::string& file
     }
 }
 
-void check_levels(const std::vector<Level>& levels, Findings& findings) {
+void check_levels(const std::vector<Level>& levels, const Allowed& allowed, Findings& findings) {
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const std::string file = level_file(static_cast<int>(l));
     for (const Layer& layer : levels[l].layers)
-      for (const Channel& c : layer.channels) check_ranges({&layer, &c}, file, findings);
+      for (const Channel& c : layer.channels) check_ranges({&layer, &c}, allowed, file, findings);
     check_normals(levels[l], file, findings);
-    check_sggx(levels[l], file, findings);
-    check_alpha(levels[l], static_cast<int>(l), file, findings);
+    check_sggx(levels[l], allowed, file, findings);
+    check_alpha(levels[l], static_cast<int>(l), allowed, file, findings);
     if (l == 0) continue;
-    check_area(levels[0], levels[l], file, findings);
+    check_area(levels[0], levels[l], allowed, file, findings);
     check_cover(levels[l - 1], levels[l], file, findings);
   }
 }
@@ -342,7 +355,7 @@ std::vector<CheckFinding> check_pack(const std::string& folder) {
     whole = whole && same;
     if (same) levels.push_back(check_volume(place, m.levels[l], findings));
   }
-  if (whole) check_levels(levels, findings);
+  if (whole) check_levels(levels, {m.prune, m.quantize}, findings);
   for (const StackRecord& s : m.slices) check_stack(place, s, findings);
   if (m.preview) check_file(place, *m.preview, findings);
   check_extra_files(place, m, findings);

@@ -44,6 +44,7 @@ struct Manifest {
   std::string generator;
   std::vector<SourceFile> sources;  // path as it stands in the file
   std::string recipe_json;
+  double prune = 0, quantize = 0;   // of the recipe: how far values may be off
   Grid grid;
   std::array<bool, 3> cyclic{false, false, false};
   std::vector<LevelRecord> levels;

@@ -217,6 +217,12 @@ Manifest parse_manifest(const std::string& text, const std::string& where) {
   for (const Node& s : root.key("source").items(kMany)) m.sources.push_back({s.key("path").text(), sha256(s.key("sha256")), s.key("bytes").count(), s.has("input") && s.key("input").flag()});
   if (!root.key("recipe").is_object()) root.key("recipe").fail("is not an object");
   m.recipe_json = root.key("recipe").json();
+  const auto tolerance = [&root](const char* option, double most) {
+    const Node recipe = root.key("recipe");
+    return recipe.has(option) ? std::clamp(recipe.key(option).number(), 0.0, most) : 0;
+  };
+  m.prune = tolerance("prune", 0.25);
+  m.quantize = tolerance("quantize", 0.0625);
   m.grid = {point(root.key("box").key("min")), positive(root.key("voxel_size")), resolution(root.key("resolution"))};
   if (const Box3d box = m.grid.box(); !(box.max - box.min).equalWithAbsError(point(root.key("box").key("max")) - box.min, 1e-6 * m.grid.h * kMaxVoxels))
     root.key("box").fail("is not resolution times voxel_size");

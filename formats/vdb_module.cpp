@@ -98,12 +98,15 @@ struct Watch {
   }
 };
 
-constexpr std::uint32_t kCompression = openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK;
+std::uint32_t compression_of(const VdbWriteJob& job) {
+  return (job.codec == VolumeCodec::kZip ? openvdb::io::COMPRESS_ZIP : openvdb::io::COMPRESS_BLOSC) | openvdb::io::COMPRESS_ACTIVE_MASK;
+}
 
 // A grid on its way into a file. The leaves of its tree hold no values: those are compressed already, in the tree's order.
 // OpenVDB itself fills a tree with 512 values a leaf, however few are active, and compresses one leaf after the other, twice: once for the sizes.
 struct PackedGrid {
   openvdb::GridBase::Ptr grid;
+  std::uint32_t compression = 0;
   std::vector<std::string> leaves;  // kPart of them a string
 };
 
@@ -144,7 +147,7 @@ std::vector<std::size_t> tree_order(const Tree& tree, const Layer& layer) {
 }
 
 template <class GridType>
-PackedGrid pack_grid(const Layer& layer, const Channel& channel, bool as_half, Watch& watch) {
+PackedGrid pack_grid(const Layer& layer, const Channel& channel, bool as_half, std::uint32_t compression, Watch& watch) {
   using Leaf = typename GridType::TreeType::LeafNodeType;
   using Value = typename GridType::ValueType;
   static_assert(Leaf::DIM == 8);
@@ -153,7 +156,7 @@ PackedGrid pack_grid(const Layer& layer, const Channel& channel, bool as_half, W
   grid->setSaveFloatAsHalf(as_half);
   const std::vector<std::size_t> order = tree_order(grid->tree(), layer);
 
-  PackedGrid packed{grid, std::vector<std::string>((order.size() + kPart - 1) / kPart)};
+  PackedGrid packed{grid, compression, std::vector<std::string>((order.size() + kPart - 1) / kPart)};
   struct Extent { std::int64_t bytes = 0; std::int8_t code = 0; };
   std::vector<Extent> extents(order.size());
   tbb::parallel_for(std::size_t{0}, packed.leaves.size(), [&](std::size_t part) {
@@ -161,7 +164,7 @@ PackedGrid pack_grid(const Layer& layer, const Channel& channel, bool as_half, W
     Leaf leaf(openvdb::Coord(), openvdb::zeroVal<Value>(), false);
     std::ostringstream out;
     out.exceptions(std::ios::badbit | std::ios::failbit);
-    openvdb::io::setDataCompression(out, kCompression);
+    openvdb::io::setDataCompression(out, compression);
     const std::size_t first = part * kPart, last = std::min(order.size(), first + kPart);
     for (std::size_t i = first; i < last; ++i) {
       const Block& block = layer.set.blocks[order[i]];
@@ -185,7 +188,7 @@ PackedGrid pack_grid(const Layer& layer, const Channel& channel, bool as_half, W
   grid->addStatsMetadata();
   const auto loaded = static_cast<openvdb::Int64>(grid->tree().memUsage() + order.size() * Leaf::SIZE * sizeof(Value));
   grid->insertMeta(openvdb::GridBase::META_FILE_MEM_BYTES, openvdb::Int64Metadata(loaded));
-  grid->insertMeta(openvdb::GridBase::META_FILE_COMPRESSION, openvdb::StringMetadata(openvdb::io::compressionToString(kCompression)));
+  grid->insertMeta(openvdb::GridBase::META_FILE_COMPRESSION, openvdb::StringMetadata(openvdb::io::compressionToString(compression)));
   if (order.empty()) return packed;
   openvdb::io::DelayedLoadMetadata jumps;  // who loads leaves only when they are looked at jumps over the others
   jumps.resizeMask(order.size());
@@ -230,11 +233,11 @@ void describe(openvdb::GridBase& grid, const Channel& channel, const VdbWriteJob
 }
 
 // All of a file that comes before its grids.
-std::string file_head(std::uint32_t grids) {
+std::string file_head(std::uint32_t grids, std::uint32_t compression) {
   openvdb::MetaMap meta;
   meta.insertMeta("creator", openvdb::StringMetadata(kCreator));
   SeekableArchive archive;
-  archive.setCompression(kCompression);
+  archive.setCompression(compression);
   std::ostringstream out;
   out.exceptions(std::ios::badbit | std::ios::failbit);
   archive.write_grids(out, {}, meta);
@@ -251,8 +254,8 @@ void write_grid(std::ostream& out, PackedGrid packed, Watch& watch) {
   const std::streampos places = out.tellp();
   descriptor.writeStreamPos(out);
   descriptor.setGridPos(out.tellp());
-  openvdb::io::setDataCompression(out, kCompression);
-  out.write(reinterpret_cast<const char*>(&kCompression), sizeof kCompression);
+  openvdb::io::setDataCompression(out, packed.compression);
+  out.write(reinterpret_cast<const char*>(&packed.compression), sizeof packed.compression);
   grid.writeMeta(out);
   grid.writeTransform(out);
   grid.writeTopology(out);
@@ -270,16 +273,17 @@ void write_grid(std::ostream& out, PackedGrid packed, Watch& watch) {
 
 void write_level(const VdbWriteJob& job) {
   Watch watch{.go_on = job.go_on, .one_at_a_time = {}};
+  const std::uint32_t compression = compression_of(job);
   std::ofstream out;
   out.exceptions(std::ios::badbit | std::ios::failbit);
   out.open(job.path, std::ios::binary | std::ios::trunc);
-  const std::string head = file_head(static_cast<std::uint32_t>(job.half.size()));
+  const std::string head = file_head(static_cast<std::uint32_t>(job.half.size()), compression);
   out.write(head.data(), static_cast<std::streamsize>(head.size()));
   std::size_t number = 0;
   for (const Layer& layer : job.level->layers)
     for (const Channel& channel : layer.channels) {
       const bool as_half = job.half.at(number++);
-      PackedGrid packed = channel.components == 3 ? pack_grid<openvdb::Vec3SGrid>(layer, channel, as_half, watch) : pack_grid<openvdb::FloatGrid>(layer, channel, as_half, watch);
+      PackedGrid packed = channel.components == 3 ? pack_grid<openvdb::Vec3SGrid>(layer, channel, as_half, compression, watch) : pack_grid<openvdb::FloatGrid>(layer, channel, as_half, compression, watch);
       describe(*packed.grid, channel, job);
       write_grid(out, std::move(packed), watch);
     }

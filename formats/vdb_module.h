@@ -7,6 +7,7 @@
 
 #include "formats/grid_field.h"
 #include "formats/pack.h"
+#include "formats/write.h"
 
 namespace texel {
 
@@ -15,6 +16,7 @@ struct VdbWriteJob {
   const Level* level = nullptr;
   int number = 0;                 // 0: finest
   std::vector<bool> half;         // per channel, layers in order: 16-bit floats on disk
+  VolumeCodec codec = VolumeCodec::kBlosc;
   std::function<bool()> go_on;    // asked every few milliseconds, by one thread at a time; false ends the writing. May be empty
 };
 
@@ -38,7 +40,7 @@ struct VdbVolume {
   std::int64_t bad = 0;           // samples that are not finite: the background stands for them
 };
 
-inline constexpr int kVdbModuleVersion = 3;
+inline constexpr int kVdbModuleVersion = 4;
 inline constexpr const char* kVdbSymbol = "texel_vdb_functions";
 
 struct VdbFunctions {

@@ -124,7 +124,7 @@ void replace_uuid(const std::string& path, const Progress& progress) {
 LevelRecord write_level(const Level& level, int number, const fs::path& folder, const WriteOptions& options, const Progress& progress) {
   LevelRecord record;
   record.grid = level.grid;
-  VdbWriteJob job{.path = (folder / level_file(number)).string(), .level = &level, .number = number, .half = {}, .go_on = {}};
+  VdbWriteJob job{.path = (folder / level_file(number)).string(), .level = &level, .number = number, .half = {}, .codec = options.codec, .go_on = {}};
   std::exception_ptr stopped;  // may not pass through the module
   job.go_on = [&] {
     try {

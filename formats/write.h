@@ -8,9 +8,11 @@
 namespace texel {
 
 enum class SliceFormat { kPng, kExr };
+enum class VolumeCodec { kBlosc, kZip };   // OpenVDB's own two: Blosc (LZ4) is the quicker, zip the smaller
 
 struct WriteOptions {
   bool full_float = false;                 // grids as 32-bit floats rather than halves
+  VolumeCodec codec = VolumeCodec::kBlosc;
   SliceFormat slice_format = SliceFormat::kPng;
   int threads = 0;                         // 0: all
 };
