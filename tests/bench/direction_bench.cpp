@@ -1,5 +1,5 @@
 // What a voxel alone hides of a ray in any direction: rules that know the opacity along the axes, against rays through the voxel (docs/accuracy.md).
-//   direction_bench [MODEL …]   64³ and all levels; without any, models of the shared data and the samples
+//   direction_bench [--columns] [MODEL …]   64³ and all levels; without any, models of the shared data and the samples
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -100,7 +100,65 @@ const std::array kRules = {
 
 struct Sums { double error = 0, square = 0; };
 
-void measure(const std::string& path) {
+// Light through whole columns one voxel wide, were each voxel's opacity taken as a fog's (the product of 1 − α), and had it a mask of 4 × 4 or 8 × 8 places that are covered or
+// not, joined along the column; truth: 32 × 32 rays.
+void measure_columns(const std::string& name, const Level& level, std::size_t number, const RayScene& rays) {
+  constexpr int kColumns = 200, kTruth = 32;
+  const VoxelField alpha(level, "alpha", 3);
+  const V3i n = level.grid.n;
+  struct Column { std::uint64_t order; int axis; V3i at; };
+  std::vector<Column> columns;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    std::vector<char> some(static_cast<std::size_t>(n[u]) * static_cast<std::size_t>(n[v]));
+    for_each_active(alpha, n, [&](const V3i& at, const float*) { some[static_cast<std::size_t>(at[u]) * static_cast<std::size_t>(n[v]) + static_cast<std::size_t>(at[v])] = 1; });
+    for (int i = 0; i < n[u]; ++i)
+      for (int j = 0; j < n[v]; ++j) {
+        if (!some[static_cast<std::size_t>(i) * static_cast<std::size_t>(n[v]) + static_cast<std::size_t>(j)]) continue;
+        V3i at(0, 0, 0);
+        at[u] = i;
+        at[v] = j;
+        columns.push_back({mixed(static_cast<std::uint64_t>(axis) << 60 | static_cast<std::uint64_t>(i) << 30 | static_cast<std::uint64_t>(j)), axis, at});
+      }
+  }
+  std::sort(columns.begin(), columns.end(), [](const Column& a, const Column& b) { return a.order < b.order; });
+  if (columns.size() > kColumns) columns.resize(kColumns);
+  std::vector<std::array<double, 3>> errors(columns.size());
+  tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t c) {
+    const auto& [order, axis, at] = columns[c];
+    const auto passed = [&, axis = axis, at = at](int edge, bool jitter, std::uint64_t seed) {
+      double sum = 0;
+      for (int i = 0; i < edge * edge; ++i) {
+        V3d from(at);
+        from[(axis + 1) % 3] += (i % edge + (jitter ? unit(seed + 2 * static_cast<std::uint64_t>(i)) : 0.5)) / edge;
+        from[(axis + 2) % 3] += (i / edge + (jitter ? unit(seed + 2 * static_cast<std::uint64_t>(i) + 1) : 0.5)) / edge;  // NOLINT: whole rows
+        V3d to = from;
+        from[axis] = -0.01;
+        to[axis] = n[axis] + 0.01;
+        sum += 1 - static_cast<double>(rays.blocked(level.grid.to_world(from), level.grid.to_world(to)));
+      }
+      return sum / (edge * edge);
+    };
+    const double truth = passed(kTruth, true, order);
+    double fog = 1;
+    V3i v = at;
+    for (v[axis] = 0; v[axis] < n[axis]; ++v[axis])
+      if (const float* a = alpha.at(v)) fog *= 1 - static_cast<double>(a[axis]);
+    errors[c] = {fog - truth, passed(4, false, 0) - truth, passed(8, false, 0) - truth};
+  });
+  std::printf("%s\t%zu\t%zu\tcolumns", name.c_str(), number, columns.size());
+  for (std::size_t k = 0; k < 3; ++k) {
+    double error = 0, square = 0;
+    for (const auto& e : errors) {
+      error += e[k] / static_cast<double>(errors.size());
+      square += e[k] * e[k] / static_cast<double>(errors.size());
+    }
+    std::printf("\t%+.3f %.3f", error, std::sqrt(square));
+  }
+  std::printf("\n");
+}
+
+void measure(const std::string& path, bool columns) {
   Report report;
   Recipe recipe;
   recipe.resolution = V3i(64, 0, 0);
@@ -113,6 +171,10 @@ void measure(const std::string& path) {
   std::vector<V3d> directions = half_sphere(kDirections);
   for (std::size_t l = 0; l < pack.levels.size(); ++l) {
     const Level& level = pack.levels[l];
+    if (columns) {
+      measure_columns(std::filesystem::path(path).stem(), level, l, rays);
+      continue;
+    }
     const VoxelField alpha(level, "alpha", 3), area(level, "area", 1), crossings(level, "crossings", 3), diagonal(level, "S_diag", 3), off(level, "S_off", 3);
     const NdfField ndf(level, NdfKind::kSggx);
     std::vector<std::pair<std::uint64_t, V3i>> order;
@@ -178,15 +240,19 @@ void measure(const std::string& path) {
 
 int run(int argc, char** argv) {
   std::vector<std::string> models(argv + 1, argv + argc);
+  const bool columns = !models.empty() && models.front() == "--columns";
+  if (columns) models.erase(models.begin());
   if (models.empty()) {
     const std::string shared = TEXEL_SHARED_DATA, samples = TEXEL_SAMPLES;
     models = {shared + "/models/bunny_closed.off", shared + "/models/dragon.obj", shared + "/models/hedge/hedgeTextured.obj", shared + "/models/bonsai/bonsai-tree.obj",
               shared + "/models/lily_vase/calla_lily_with_roses.obj", shared + "/models/bicycle/bicycle.obj", shared + "/models/fruit_bowl/bowlWithFruits.obj", shared + "/amap/scenes/coffee.opf", samples + "/plant/plant.opf", samples + "/hair/tuft.hair"};
   }
   std::printf("model\tlevel\tvoxels\ttruth");
-  for (const Rule& rule : kRules) std::printf("\t%s", rule.name);
+  if (columns) std::printf("\tfog\tmask 4x4\tmask 8x8");
+  else
+    for (const Rule& rule : kRules) std::printf("\t%s", rule.name);
   std::printf("\n");
-  for (const std::string& model : models) measure(model);
+  for (const std::string& model : models) measure(model, columns);
   return 0;
 }
 
