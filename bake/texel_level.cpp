@@ -202,7 +202,7 @@ Matter TexelLevel::at(const V3d& p, const V3d& d, int axis) const {
     const float body = alpha * voxel->bounds;
     layers[(axis == 0 ? dx : axis == 1 ? dy : dz)] += weight * alpha;
     sum.sheet += weight * alpha * voxel->sheet;
-    sum.full += weight * alpha * voxel->sheet * alpha * alpha * alpha * alpha;
+    if (alpha > 0 && voxel->sheet > 0 && voxel->even < 0) sum.full += weight * voxel->sheet * std::max(static_cast<float>(sheet_along(voxel->opacity, d / V3d(voxel->within))) - alpha, 0.0f);
     sum.body += weight * body;
     sum.solid += weight * std::max(voxel->solid, body * (1 - voxel->behind));
   }

@@ -5,7 +5,6 @@
 #include <mutex>
 #include <vector>
 
-#include "bake/direction_opacity.h"
 #include "bake/view_voxels.h"
 
 namespace texel {

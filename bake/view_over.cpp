@@ -17,7 +17,6 @@ namespace {
 // As view_volume.cpp.
 constexpr float kSeen = 1.0f / 1024;
 constexpr double kStep = 0.5;
-constexpr float kBridge = 0.75f;
 constexpr int kShadowResolution = 128;
 
 constexpr float kFaint = 1.0f / 1024;   // a step that adds less takes the ray's last colour
@@ -235,7 +234,7 @@ void Over::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
         // How surfaces, sheets and bodies hide: view_volume.cpp.
         const auto way = static_cast<float>(step * bent.speed / at.h());
         const float apart = -left * std::expm1(-matter.alpha * way), opacity = -std::expm1(-matter.alpha);
-        const float together = std::max(apart, std::min(left, (opacity + kBridge * matter.full) * way));
+        const float together = std::max(apart, std::min(left, (opacity + matter.full) * way));
         const auto share = [opacity](float of) { return opacity > 0 ? std::min(of / opacity, 1.0f) : 0.0f; };
         parts[i] = blend * (1 - share(matter.body)) * (apart + share(matter.sheet) * (together - apart));
         bodies[i] = blend * std::max(matter.solid, matter.body);

@@ -12,7 +12,6 @@ namespace {
 
 constexpr float kSeen = 1.0f / 1024;     // transmittance below which a cone ends
 constexpr double kStep = 0.5;            // voxel edges, of the levels in use as they are blended
-constexpr float kBridge = 0.75f;         // how much more a sheet without holes hides, so that it closes where it steps to the next layer
 constexpr int kShadowResolution = 128;   // shadow cones use the first level of at most so many voxels a side
 
 // A ray in one level's voxel space; t stays in world units.
@@ -142,7 +141,7 @@ void Volume::trace(const Rays::Ray& ray, V3f* color, float* alpha) const {
       // much of it the body hides.
       const auto way = static_cast<float>(step / levels[l + i]->grid().h);
       const float apart = -left * std::expm1(-voxel.alpha * way), opacity = -std::expm1(-voxel.alpha);
-      const float together = std::max(apart, std::min(left, (opacity + kBridge * voxel.full) * way));
+      const float together = std::max(apart, std::min(left, (opacity + voxel.full) * way));
       const auto share = [opacity](float of) { return opacity > 0 ? std::min(of / opacity, 1.0f) : 0.0f; };
       const float bounds = share(voxel.body);
       parts[i] = blend * (1 - bounds) * (apart + share(voxel.sheet) * (together - apart));

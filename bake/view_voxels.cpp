@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 
-#include "bake/direction_opacity.h"
 #include "formats/error.h"
 
 namespace texel {
@@ -136,13 +135,15 @@ int LitLevel::empty_cell(const V3d& p) const {
   return near >> bit & 1 ? 0 : 2;
 }
 
+AxisOpacity LitLevel::axes(const V3i& voxel) const {
+  const auto there = static_cast<float>(1 - unit_share(transparency_.value(voxel, 0)));
+  return axis_opacity(alpha_.at(voxel), crossings_.at(voxel), diagonal_.at(voxel), off_.at(voxel), solid_.value(voxel, 0) > 0, there);
+}
+
 // Optical depth of one voxel edge along `direction`.
 double LitLevel::depth(const V3i& voxel, const V3d& direction) const {
   if (!alpha_.present()) return std::min(std::max(static_cast<double>(density_.value(voxel, 0)), 0.0) * level_.grid.h, 1e6);
-  const float* alpha = alpha_.at(voxel);
-  if (!alpha) return 0;
-  const auto there = static_cast<float>(1 - unit_share(transparency_.value(voxel, 0)));
-  return depth_along(axis_opacity(alpha, crossings_.at(voxel), diagonal_.at(voxel), off_.at(voxel), solid_.value(voxel, 0) > 0, there), direction, kMaxDepth);
+  return alpha_.at(voxel) ? depth_along(axes(voxel), direction, kMaxDepth) : 0;
 }
 
 float LitLevel::transmittance(const V3d& p, const V3d& d, double length) const {
@@ -236,7 +237,7 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
   lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
   if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
   lit.sheet = lit.alpha * sheet_share(voxel);
-  lit.full = lit.sheet * std::pow(lit.alpha, 4.0f);
+  lit.full = sheet_share(voxel) * std::max(static_cast<float>(sheet_along(axes(voxel), direction)) - lit.alpha, 0.0f);
   if (lit.solid > 0) {
     const V3f m = normal_.color(voxel, V3f(0.0f));
     lit.body = lit.alpha * std::min(m.dot(m), 1.0f);

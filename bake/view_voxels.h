@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/direction_opacity.h"
 #include "bake/facets.h"
 #include "formats/pack.h"
 
@@ -38,7 +39,7 @@ struct LitVoxel {
   float alpha = 0;     // of the surfaces: opacity of one voxel edge along the line of sight; between voxels: the optical depth
   float sheet = 0;     // opacity · how far the surfaces are one open sheet, (|m|/A)² or as S tells
   float solid = 0;     // how much of it a solid hides: its filled share, or opacity where it is too thin to fill a voxel
-  float full = 0;      // sheet, where it leaves no hole in the voxel
+  float full = 0;      // sheet · what its parts hide beyond opacity where they add up (sheet_along)
   float body = 0;      // opacity · how far the surfaces bound a solid thicker than the voxel, (|m|/A)²; 0 without solid
   float known = 0;     // weight of `light`; 0: inside a solid, the ray's last colour goes on
   V3f light{0, 0, 0};  // light sent to the eye · known
@@ -79,6 +80,7 @@ class LitLevel {
   [[nodiscard]] LitVoxel light_up(const V3i& voxel) const;
   [[nodiscard]] Facets facets(const V3i& voxel) const;
   [[nodiscard]] V3f light_sent(const V3i& voxel, const V3d& to_eye) const;
+  [[nodiscard]] AxisOpacity axes(const V3i& voxel) const;
   [[nodiscard]] double depth(const V3i& voxel, const V3d& direction) const;
   [[nodiscard]] float sheet_share(const V3i& voxel) const;
 

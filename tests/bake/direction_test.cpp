@@ -5,6 +5,7 @@
 #include "bake/compare_voxels.h"
 #include "bake/direction_opacity.h"
 #include "bake/light.h"
+#include "bake/view.h"
 #include "tests/bake/bake_util.h"
 
 namespace texel::test {
@@ -104,6 +105,57 @@ TEST(Direction, AnyValuesGiveAShare) {
   EXPECT_EQ(opacity_along(axis_opacity(nullptr, nullptr, nullptr, nullptr, false), V3d(1, 0, 0)), 0);
   const V3f half(0.5f);
   EXPECT_NEAR(opacity_along(axis_opacity(&half.x, nullptr, nullptr, nullptr, false), V3d(0, 1, 0)), 0.5, kFloat);
+}
+
+// A whole face seen straight on is raised to 1¾, at an angle its shadow likewise; a face of which half are holes, by 0.75/16.
+TEST(Direction, SheetsAddUpToTheirShadow) {
+  const auto face = [](float share) { return of({V3f(0, 0, share), V3f(0, 0, share), V3f(0, 0, 1), V3f(0.0f)}); };
+  const V3d w = V3d(0.3, 0.5, 0.7).normalized();
+  EXPECT_NEAR(sheet_along(face(1), V3d(0, 0, 1)), 1.75, 1e-3);
+  EXPECT_NEAR(sheet_along(face(1), w), 1.75 * w.z, 5e-3);
+  EXPECT_NEAR(sheet_along(face(0.5f), V3d(0, 0, 1)), 0.5 * (1 + 0.75 / 16), 1e-5);
+  EXPECT_EQ(sheet_along(face(0), w), 0);
+}
+
+// An open sheet at any angle to the grid has no stripes where it steps from layer to layer of voxels. Of what should be opaque away from the rims, 0.005 shines through, 0.27 in the worst pixel;
+// were parts hidden as if independent, 0.107 and 0.56.
+TEST(Direction, OpenSheetsHaveNoStripes) {
+  Random random(7);
+  double open = 0, worst = 0;
+  int count = 0;
+  for (int i = 0; i < 6; ++i) {
+    const Rotation turn = random_rotation(random);
+    Scene scene = empty_scene();
+    add_quad(scene, V3d(0), turn.x, turn.y);
+    Recipe recipe = volume_recipe(48);
+    recipe.want.levels = false;
+    const Pack pack = bake_quietly(scene, recipe);
+    ViewOptions options;
+    options.width = options.height = 96;
+    options.samples = 16;
+    // From within 45 degrees of its normal, so that it is not a line.
+    V3d away = random.direction();
+    if (away.dot(turn.z) < 0) away = -away;
+    const V3d eye = (turn.z + away * 0.7).normalized();
+    options.camera = orbit_camera(pack.grid.box(), std::atan2(eye.y, eye.x) * 180 / std::numbers::pi, std::asin(std::clamp(eye.z, -1.0, 1.0)) * 180 / std::numbers::pi, 20, 2);
+    Report report;
+    const Image truth = view_truth(scene, options, report), volume = view_volume(pack, options, report);
+    constexpr int kRim = 6;            // pixels: three voxels
+    for (int y = kRim; y < options.height - kRim; ++y)
+      for (int x = kRim; x < options.width - kRim; ++x) {
+        bool inner = true;
+        for (int dy = -kRim; dy <= kRim && inner; ++dy)
+          for (int dx = -kRim; dx <= kRim && inner; ++dx) inner = truth.at(x + dx, y + dy)[3] == 1;
+        if (!inner) continue;
+        const double through = 1 - static_cast<double>(volume.at(x, y)[3]);
+        open += through;
+        worst = std::max(worst, through);
+        ++count;
+      }
+  }
+  ASSERT_GT(count, 3000);
+  EXPECT_LT(open / count, 0.02);
+  EXPECT_LT(worst, 0.4);
 }
 
 // Leaves in a ball, every level: against rays through voxels in random directions. Measured: rms 0.032, bias +0.014: the larger of two estimates is a little too much where
