@@ -2,6 +2,7 @@
 // A voxel's opacity along the axes and its distribution of normals -> its opacity in any direction
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "formats/grid.h"
 
@@ -11,7 +12,8 @@ namespace texel {
 struct AxisOpacity {
   V3f alpha{0, 0, 0};          // along x, y, z
   V3f met{0, 0, 0};            // layers of surface along them, each of which could hide what is behind it
-  V3f depth{0, 0, 0};          // −ln(1 − alpha), but not above `met`
+  V3f fog{0, 0, 0};            // −ln(1 − alpha), at most 9.21: depth, were it a fog
+  V3f depth{0, 0, 0};          // the same, but not above `met`
   V3f joined{0, 0, 0};         // correlations xy, xz, yz of S: S_ij/√(S_ii·S_jj), −1…1
 };
 
@@ -23,8 +25,10 @@ struct AxisOpacity {
   for (int k = 0; alpha && k < 3; ++k) {
     const float a = alpha[k] > 0 ? std::min(alpha[k], 1.0f) * there : 0.0f;
     const float most = !crossings ? 1.0f : crossings[k] > 0 ? crossings[k] * there * (solid ? 0.5f : 1.0f) : 0.0f;
+    const float fog = a < 1 ? -std::log1p(-a) : std::numeric_limits<float>::infinity();
     voxel.alpha[k] = a;
-    voxel.depth[k] = a < 1 ? std::min(-std::log1p(-a), most) : most;
+    voxel.fog[k] = std::min(fog, 9.21f);
+    voxel.depth[k] = std::min(fog, most);
     voxel.met[k] = crossings ? most : voxel.depth[k];
   }
   if (!diagonal || !off) return voxel;
@@ -52,7 +56,8 @@ struct AxisOpacity {
   const double apart = ellipsoid_shadow(voxel.alpha, voxel.joined, w) / faces;
   const V3d square = w * w;
   const double met = square.dot(V3d(voxel.met)), depth = square.dot(V3d(voxel.depth));
-  const double strewn = met > 0 ? -std::expm1(-ellipsoid_shadow(voxel.met, voxel.joined, w) / faces * (depth / met)) : 0;
+  const double layers = met > 0 ? ellipsoid_shadow(voxel.met, voxel.joined, w) / faces * (depth / met) : 0;
+  const double strewn = layers > apart ? -std::expm1(-layers) : 0;  // less than `layers`: mostly it need not be worked out
   return std::min(std::max(apart, strewn), 1.0);
 }
 
@@ -66,10 +71,8 @@ struct AxisOpacity {
 // passes a closed sheet in voxels that hold more or less of it, and what it gains in the one it may have lost beyond 1 in the other; the raise keeps gaps from showing. Closed: by its axes'
 // depths joined, that take it for a fog and so stay near 1 for a voxel without holes.
 [[nodiscard]] inline double sheet_along(const AxisOpacity& voxel, const V3d& w) {
-  constexpr double kRaise = 0.75, kOpaque = 9.21;
-  V3f depth;
-  for (int k = 0; k < 3; ++k) depth[k] = voxel.alpha[k] < 1 ? std::min(-std::log1p(-voxel.alpha[k]), static_cast<float>(kOpaque)) : static_cast<float>(kOpaque);
-  const double closed = -std::expm1(-ellipsoid_shadow(depth, voxel.joined, w)), twice = closed * closed;
+  constexpr double kRaise = 0.75;
+  const double closed = -std::expm1(-ellipsoid_shadow(voxel.fog, voxel.joined, w)), twice = closed * closed;
   return ellipsoid_shadow(voxel.alpha, voxel.joined, w) * (1 + kRaise * twice * twice);
 }
 

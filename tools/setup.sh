@@ -1,4 +1,4 @@
-# Sourced by start.sh and test.sh: installs packages with apt-get, and says with what to configure.
+# Sourced by start.sh, test.sh and the CI: installs packages with apt-get, says with what to configure, and runs tests.
 
 # install_packages FILE...: the packages listed there that are missing.
 install_packages() {
@@ -19,4 +19,12 @@ install_packages() {
 # cache_options: with a compiler cache where there is one.
 cache_options() {
   if command -v ccache > /dev/null; then echo "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"; fi
+}
+
+# run_tests PRESET: its tests; then why some were skipped, which ctest itself keeps to its log.
+run_tests() {
+  failed=0
+  ctest --preset "$1" || failed=$?
+  awk '/: Skipped$/ { getline reason; next } /^\[  SKIPPED \] .* \([0-9]+ ms\)$/ { print "skipped: " $4 ": " reason }' "build/$1/Testing/Temporary/LastTest.log"
+  return "$failed"
 }

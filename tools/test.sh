@@ -7,4 +7,4 @@ install_packages tools/packages.txt tools/packages-test.txt
 
 cmake --preset release -DTEXEL_TESTS=ON -DTEXEL_EXACT=ON $(cache_options)
 cmake --build --preset release
-ctest --preset release
+run_tests release

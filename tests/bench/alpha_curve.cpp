@@ -11,6 +11,7 @@
 #include "bake/bake.h"
 #include "formats/error.h"
 #include "formats/read.h"
+#include "tests/bench/bench_util.h"
 
 namespace texel {
 namespace {
@@ -89,11 +90,4 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace texel
 
-int main(int argc, char** argv) {
-  try {
-    return texel::run(argc, argv);
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "alpha_curve: %s\n", e.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return texel::bench::guarded("alpha_curve", texel::run, argc, argv); }

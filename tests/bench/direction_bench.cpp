@@ -15,8 +15,8 @@
 #include "bake/compare_voxels.h"
 #include "bake/direction_opacity.h"
 #include "bake/light.h"
-#include "formats/error.h"
 #include "formats/read.h"
+#include "tests/bench/bench_util.h"
 
 namespace texel {
 namespace {
@@ -243,9 +243,8 @@ int run(int argc, char** argv) {
   const bool columns = !models.empty() && models.front() == "--columns";
   if (columns) models.erase(models.begin());
   if (models.empty()) {
-    const std::string shared = TEXEL_SHARED_DATA, samples = TEXEL_SAMPLES;
-    models = {shared + "/models/bunny_closed.off", shared + "/models/dragon.obj", shared + "/models/hedge/hedgeTextured.obj", shared + "/models/bonsai/bonsai-tree.obj",
-              shared + "/models/lily_vase/calla_lily_with_roses.obj", shared + "/models/bicycle/bicycle.obj", shared + "/models/fruit_bowl/bowlWithFruits.obj", shared + "/amap/scenes/coffee.opf", samples + "/plant/plant.opf", samples + "/hair/tuft.hair"};
+    models = bench::usual_models();
+    models.push_back(TEXEL_SAMPLES "/hair/tuft.hair");
   }
   std::printf("model\tlevel\tvoxels\ttruth");
   if (columns) std::printf("\tfog\tmask 4x4\tmask 8x8");
@@ -259,11 +258,4 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace texel
 
-int main(int argc, char** argv) {
-  try {
-    return texel::run(argc, argv);
-  } catch (const texel::Error& error) {
-    std::fprintf(stderr, "direction_bench: %s\n", error.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return texel::bench::guarded("direction_bench", texel::run, argc, argv); }

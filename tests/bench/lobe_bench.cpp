@@ -15,8 +15,8 @@
 #include "bake/ndf.h"
 #include "bake/ndf_fits.h"
 #include "bake/truth_voxels.h"
-#include "formats/error.h"
 #include "formats/read.h"
+#include "tests/bench/bench_util.h"
 
 namespace texel {
 namespace {
@@ -110,10 +110,8 @@ void measure(const std::string& path) {
 int run(int argc, char** argv) {
   std::vector<std::string> models(argv + 1, argv + argc);
   if (models.empty()) {
-    const std::string shared = TEXEL_SHARED_DATA, samples = TEXEL_SAMPLES;
-    models = {shared + "/models/bunny_closed.off", shared + "/models/dragon.obj", shared + "/models/hedge/hedgeTextured.obj", shared + "/models/bonsai/bonsai-tree.obj",
-              shared + "/models/lily_vase/calla_lily_with_roses.obj", shared + "/models/bicycle/bicycle.obj", shared + "/models/fruit_bowl/bowlWithFruits.obj",
-              shared + "/amap/scenes/coffee.opf", samples + "/plant/plant.opf", samples + "/crossing_shells/crossing_shells.obj"};
+    models = bench::usual_models();
+    models.push_back(TEXEL_SAMPLES "/crossing_shells/crossing_shells.obj");
   }
   std::printf("model\tlevel\tvoxels\tone\tone, of counted normals\ttwo\n");
   for (const std::string& model : models) measure(model);
@@ -123,11 +121,4 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace texel
 
-int main(int argc, char** argv) {
-  try {
-    return texel::run(argc, argv);
-  } catch (const texel::Error& error) {
-    std::fprintf(stderr, "lobe_bench: %s\n", error.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return texel::bench::guarded("lobe_bench", texel::run, argc, argv); }

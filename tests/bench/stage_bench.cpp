@@ -23,6 +23,7 @@
 #include "bake/visibility.h"
 #include "formats/error.h"
 #include "formats/read.h"
+#include "tests/bench/bench_util.h"
 #include "formats/write.h"
 #include "tests/bench/sphere_obj.h"
 
@@ -458,11 +459,4 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace texel
 
-int main(int argc, char** argv) {
-  try {
-    return texel::run(argc, argv);
-  } catch (const std::exception& e) {
-    std::cerr << "stage_bench: " << e.what() << "\n";
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return texel::bench::guarded("stage_bench", texel::run, argc, argv); }
