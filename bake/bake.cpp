@@ -546,7 +546,11 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
         held += waiting.back().set.count;
       }
       if (z1 < plan.grid.n.z && held + waiting.back().set.count <= slabs.voxels) continue;
-      std::vector<Surface> surfaces{join_surfaces(waiting)};
+      std::vector<Surface> surfaces;
+      {
+        const StageTimer timer(report, "surface");
+        surfaces.push_back(join_surfaces(waiting));
+      }
       waiting.clear();
       held = 0;
       options.slab = {from, z1};

@@ -1,5 +1,5 @@
 // Every stage of bake() by itself, on real models: time, throughput and the error it leaves, in one row.
-//   stage_bench [--resolutions=64,256] [--models=bunny,bonsai] [--triangles=81920] [Google Benchmark's own options]
+//   stage_bench [--resolutions=64,256] [--models=bunny,bonsai,PATH] [--triangles=81920] [Google Benchmark's own options]
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
@@ -50,7 +50,7 @@ struct Folder {
   [[nodiscard]] std::string file(const std::string& name) const { return (path / name).string(); }
 };
 
-// Where a model is; empty when it is not there.
+// Where a model is, a known one by its name or any by its path; empty when it is not there.
 std::string find_model(const std::string& name) {
   const std::string shared = TEXEL_SHARED_DATA "/models/", samples = TEXEL_SAMPLES "/";
   const std::vector<std::pair<std::string, std::vector<std::string>>> places{
@@ -64,7 +64,7 @@ std::string find_model(const std::string& name) {
   for (const auto& [model, files] : places)
     for (const std::string& file : files)
       if (model == name && fs::exists(file)) return file;
-  return {};
+  return fs::exists(name) ? name : std::string();
 }
 
 // What the stages before the one that is timed have made.
@@ -247,13 +247,14 @@ void bench_coarser(benchmark::State& state, const Prepared& p) {
   voxel_rate(state, p);
 }
 
-enum class Trace { kVolume, kVolumeAndSlices, kSlices, kFilter };
+enum class Trace { kVolume, kVolumeAndSlices, kSlices, kFilter, kLevel0 };
 void bench_rays(benchmark::State& state, Prepared& p, Trace what) {
   VisibilityOptions options = p.options;
   const bool slices = what == Trace::kSlices || what == Trace::kVolumeAndSlices;
   options.slice_axes = {slices, slices, slices};
   if (what == Trace::kSlices) options.volume_axes = {false, false, false};
-  options.recompute = what != Trace::kFilter;
+  options.recompute = what != Trace::kFilter && what != Trace::kLevel0;
+  const std::span<const Surface> levels = std::span<const Surface>(p.surfaces).first(what == Trace::kLevel0 ? 1 : p.surfaces.size());
   const SliceShader shader = plain_shader(p);
   double crossings = 0;
   VisibilityResult seen;
@@ -262,13 +263,14 @@ void bench_rays(benchmark::State& state, Prepared& p, Trace what) {
     Report report;
     crossings = 0;
     sums = {};
-    seen = see_voxels(p.scene, p.plan, *p.textures, p.surfaces, p.recipe, options, shader, sums, report);
+    seen = see_voxels(p.scene, p.plan, *p.textures, levels, p.recipe, options, shader, sums, report);
     if (slices) benchmark::DoNotOptimize(gather_stacks(p.plan.grid, options, sums));
     for (std::size_t l = 1; what == Trace::kFilter && l < p.surfaces.size(); ++l)
       filter_visibility(p.surfaces[l - 1], seen.levels[l - 1], p.surfaces[l], static_cast<int>(l), p.plan.grid.level(static_cast<int>(l)).n, true, seen.levels[l]);
     for (const std::int64_t met : sums.met) crossings += static_cast<double>(std::max(met, std::int64_t{0}));
   }
   rate(state, "crossings/s", crossings);
+  state.counters["crossings"] = crossings;
   voxel_rate(state, p);
   if (what == Trace::kSlices) return;
   state.counters["alpha_rms"] = alpha_rms(p, seen);
@@ -390,6 +392,7 @@ void register_rows(const std::string& model, const std::string& path, int n, Wor
   add("plan", bench_plan);
   add("surface", bench_surface);
   add("coarser", bench_coarser);
+  add("rays_level_0", [](benchmark::State& s, Prepared& p) { bench_rays(s, p, Trace::kLevel0); });
   add("rays_volume", [](benchmark::State& s, Prepared& p) { bench_rays(s, p, Trace::kVolume); });
   add("rays_volume_filter", [](benchmark::State& s, Prepared& p) { bench_rays(s, p, Trace::kFilter); });
   add("rays_slices", [](benchmark::State& s, Prepared& p) { bench_rays(s, p, Trace::kSlices); });
