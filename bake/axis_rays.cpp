@@ -337,7 +337,7 @@ struct Tracer {
   }
 
   // The mean winding number of a level-0 column's rays where they enter the box, exactly. Where the column's surface first lets a voxel out the
-  // winding number is the same on all of it, a whole number, so that the rays' mean is near enough; back from there the surface gives the rest.
+  // winding number is the same on all of it, a whole number that every ray tells; back from there the surface gives the rest.
   double winding_at_box(const Band& band, int u, int v, std::span<const Cell> cells) const {
     double lost = 0;
     std::size_t c = 0;
@@ -351,11 +351,11 @@ struct Tracer {
         const std::size_t row = static_cast<std::size_t>(v - band.v0) * static_cast<std::size_t>(pattern.rows) + static_cast<std::size_t>(r);
         const std::size_t id = (row * static_cast<std::size_t>(band.width) + static_cast<std::size_t>(band.place(u))) * static_cast<std::size_t>(pattern.per_row) + static_cast<std::size_t>(j);
         for (const Crossing& crossing : ray(band, id)) {
-          if (crossing.cell >= 0) break;
+          if (crossing.cell >= static_cast<int>(c)) break;
           winding += crossing.winding;
         }
       }
-    return std::round(winding / pattern.rays() - lost) + lost;
+    return std::round(winding / pattern.rays()) + lost;
   }
 
   [[nodiscard]] std::size_t place_of(int u, int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(bundle.nu) + static_cast<std::size_t>(u); }

@@ -202,8 +202,8 @@ Colored narrow(const Widened& from, const Grid& grid) {
   return to;
 }
 
-// What is inside but farther than spreading reaches: blocks' mean colours, from block to block, wave by wave. One per block of the grid.
-std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, const VoxelSet& inside, const std::vector<V3i>& inside_blocks, const std::array<bool, 3>& cyclic) {
+// What is matter but farther than spreading reaches: blocks' mean colours, from block to block, wave by wave. One per block of the grid.
+std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, const VoxelSet& matter, const std::vector<V3i>& inside_blocks, const std::array<bool, 3>& cyclic) {
   std::vector<V3f> mean(index.slots.size(), V3f(-1, -1, -1));
   for (const Block& b : grown.set.blocks) {
     V3f sum(0, 0, 0);
@@ -211,10 +211,10 @@ std::vector<V3f> block_colors(const Colored& grown, const BlockIndex& index, con
     for (int k = 0; k < bits; ++k) sum += grown.color[static_cast<std::size_t>(b.first + k)];
     mean[index.place(b.at)] = sum / static_cast<float>(bits);
   }
-  // Through those that are inside and still without a colour.
+  // Through those that are matter and still without a colour.
   std::vector<char> waiting(index.slots.size(), 0);
   const auto wait = [&](const V3i& at) { if (mean[index.place(at)].x < 0) waiting[index.place(at)] = 1; };
-  for (const Block& b : inside.blocks) wait(b.at);
+  for (const Block& b : matter.blocks) wait(b.at);
   for (const V3i& at : inside_blocks) wait(at);
   const auto for_each_neighbour = [&](const V3i& at, auto&& call) {
     for (int n = 0; n < 27; ++n) {
@@ -297,7 +297,20 @@ BorderColors border_colors(const Surface& surface) {
   return own;
 }
 
-ColorField spread_colors(BorderColors border, const VoxelSet& inside, const std::vector<V3i>& inside_blocks, const Grid& grid, const std::array<bool, 3>& cyclic) {
+VoxelSet bare_voxels(const Surface& surface) {
+  VoxelSet bare;
+  for (const Block& block : surface.set.blocks) {
+    std::array<std::uint64_t, 8> mask{};
+    auto i = static_cast<std::size_t>(block.first);
+    for (std::size_t x = 0; x < 8; ++x)
+      for (std::uint64_t word = block.mask[x]; word; word &= word - 1, ++i)
+        if (!(surface.areas[i].covered > 0)) mask[x] |= word & (~word + 1);
+    if (count_voxels(mask) > 0) bare.add(block.at, mask);
+  }
+  return bare;
+}
+
+ColorField spread_colors(BorderColors border, const VoxelSet& matter, const std::vector<V3i>& inside_blocks, const Grid& grid, const std::array<bool, 3>& cyclic) {
   Colored grown{std::move(border.set), std::move(border.color)};
   // All of it cut away: no colour at all.
   const bool none = grown.set.count == 0;
@@ -320,10 +333,10 @@ ColorField spread_colors(BorderColors border, const VoxelSet& inside, const std:
   VoxelSet reached;
   for (const Block& b : grown.set.blocks)
     if (tile(b.at) < 0) reached.blocks.push_back(b);
-  field.set = join_sets(reached, inside);
+  field.set = join_sets(reached, matter);
   if (field.one_color) return field;
 
-  const std::vector<V3f> mean = block_colors(grown, index, inside, inside_blocks, cyclic);
+  const std::vector<V3f> mean = block_colors(grown, index, matter, inside_blocks, cyclic);
   field.color.resize(static_cast<std::size_t>(field.set.count));
   tbb::parallel_for(std::size_t{0}, field.set.blocks.size(), [&](std::size_t i) {
     const Block& b = field.set.blocks[i];

@@ -19,6 +19,9 @@ struct BorderColors {
 };
 [[nodiscard]] BorderColors border_colors(const Surface& surface);
 
+// Voxels whose surface is all cut away.
+[[nodiscard]] VoxelSet bare_voxels(const Surface& surface);
+
 struct ColorField {
   VoxelSet set;                 // matter and kColorReach voxels beyond it, within the grid
   std::optional<V3f> one_color; // of all of it; the vectors are then empty
@@ -27,10 +30,10 @@ struct ColorField {
 };
 
 // Border voxels take their surface's mean; each further voxel the mean of those of its 26 neighbours that already have a colour. What
-// lies deeper inside than kColorReach takes its block's mean, whole blocks the nearest coloured block's (by steps from block to block).
+// lies farther from them than kColorReach takes its block's mean, whole blocks the nearest coloured block's (by steps from block to block).
 // Colour runs across the borders of axes that repeat.
-// `inside`, `inside_blocks`: as Visibility has them.
-[[nodiscard]] ColorField spread_colors(BorderColors border, const VoxelSet& inside, const std::vector<V3i>& inside_blocks, const Grid& grid, const std::array<bool, 3>& cyclic);
+// `matter`: voxels that must have a colour though they have none of their own; `inside_blocks`: as Visibility has them.
+[[nodiscard]] ColorField spread_colors(BorderColors border, const VoxelSet& matter, const std::vector<V3i>& inside_blocks, const Grid& grid, const std::array<bool, 3>& cyclic);
 
 // The union of two sets: blocks merged, values of neither.
 [[nodiscard]] VoxelSet join_sets(const VoxelSet& a, const VoxelSet& b);

@@ -203,7 +203,8 @@ LevelPart make_part(const Surface& surface, const Visibility& seen, const Grid& 
   part.surface = surface_layer(surface, seen, level, recipe, kinds);
   if (!recipe.want.color) return part;
   part.colors = border_colors(surface);
-  part.inside = join_sets(seen.inside, seen.edge);
+  part.uncolored = join_sets(seen.inside, seen.edge);
+  if (part.colors.set.count < surface.set.count) part.uncolored = join_sets(part.uncolored, bare_voxels(surface));
   part.inside_blocks = seen.inside_blocks;
   return part;
 }
@@ -219,16 +220,16 @@ Level join_parts(std::vector<LevelPart>& parts, const Grid& grid, const Recipe& 
   }
   if (!recipe.want.color) return out;
   BorderColors border;
-  VoxelSet inside;
+  VoxelSet uncolored;
   Layer layer;
   for (LevelPart& part : parts) {
     border.one_color = part.colors.one_color;
     append_set(part.colors.set, border.set);
-    append_set(part.inside, inside);
+    append_set(part.uncolored, uncolored);
     append(part.colors.color, border.color);
     append(part.inside_blocks, layer.tiles);
   }
-  ColorField color = spread_colors(std::move(border), inside, layer.tiles, grid, recipe.cyclic);
+  ColorField color = spread_colors(std::move(border), uncolored, layer.tiles, grid, recipe.cyclic);
   layer.set = std::move(color.set);
   const auto of = [&](const std::vector<V3f>& colors, std::size_t i) { return color.one_color ? *color.one_color : colors[i]; };
   Channel c = make_channel("Cd", 3, layer.set.count, [&](std::size_t i) { return V3d(of(color.color, i)); });

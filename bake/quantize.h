@@ -16,7 +16,7 @@ struct MaterialKinds { bool ks = false, roughness = false, transparency = false,
 struct LevelPart {
   Layer matter, surface;
   BorderColors colors;             // where colour is wanted
-  VoxelSet inside;                 // as Visibility has them
+  VoxelSet uncolored;              // matter without a colour of its own: inside, or its surface all cut away
   std::vector<V3i> inside_blocks;
 };
 

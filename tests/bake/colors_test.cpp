@@ -311,6 +311,28 @@ TEST(CutOuts, AllCutAway) {
   const Pack pack = bake_quietly(s, color_recipe(16));
   check_invariants(pack);
 }
+// A solid cut away on all sides, and farther off than colour runs something that has one: `Cd` is there wherever matter is, on every level, and has the nearest colour.
+TEST(CutOuts, MatterFarFromAnyColourHasOne) {
+  Scene s = empty_scene();
+  add_box(s, V3d(0.03), V3d(0.97));
+  add_texture(s, 0, 4, 4, 4, [](int, int) { return std::array<float, 4>{1, 1, 1, 0}; });
+  s.materials.push_back({});
+  s.materials[1].kd = V3f(0.25f, 0.5f, 0.75f);
+  add_triangle(s, V3d(1.9, 0.1, 0.1), V3d(1.9, 0.2, 0.1), V3d(1.9, 0.1, 0.2), 1);
+  Recipe recipe = color_recipe(32);
+  recipe.want.visibility = recipe.want.levels = true;
+  const Pack pack = bake_quietly(s, recipe);
+  check_invariants(pack);
+  ASSERT_GT(pack.levels.size(), 3u);
+  for (const Level& level : pack.levels) {
+    const Dense solid = dense(level, "solid"), cd = dense(level, "Cd");
+    for_each_cell(solid.n, [&](const V3i& v) {
+      if (!solid.state(v)) return;
+      EXPECT_NE(cd.state(v), 0);
+      EXPECT_NEAR(cd.at(v, 1), 0.5, 1e-6) << v.x << " " << v.y << " " << v.z << " of " << solid.n.x;
+    });
+  }
+}
 // Vertex colours multiply kd and are integrated exactly: linear over a triangle.
 TEST(Color, VertexColours) {
   Scene s = empty_scene();

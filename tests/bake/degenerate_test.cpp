@@ -147,6 +147,32 @@ TEST(Degenerate, SolidReachesThroughTheBox) {
   const Dense solid = dense(pack.levels[0], "solid");
   for_each_cell(solid.n, [&](const V3i& v) { EXPECT_EQ(solid.at(v), v.y >= 2 && v.y < 6 ? 1.f : 0.f); });
 }
+// A solid whose lower side leaves the box by hundred-millionths half-way through a voxel, exactly where its only ray is: half of the voxel is entered, of the other half the rays come from within.
+TEST(Degenerate, SideThatLeavesTheBoxAtARay) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double slope : {1e-8, -1e-8, 0.02}) {
+      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+      Scene s = empty_scene();
+      V3d lo(0), hi(8);
+      lo[u] = lo[v] = 0.25;
+      hi[axis] = hi[u] = hi[v] = 7.75;
+      add_box(s, lo, hi);
+      for (V3d& p : s.mesh.points)
+        if (p[axis] == 0) p[axis] = slope * (p[u] - 3.5);
+      Recipe recipe = everything(8);
+      recipe.box = Box3d(V3d(0), V3d(8));
+      recipe.samples = 1;
+      const Pack pack = bake_quietly(s, recipe);
+      check_invariants(pack);
+      const Dense alpha = dense(pack.levels[0], "alpha");
+      for (int w = 1; w < 7; ++w) {
+        V3i voxel(0);
+        voxel[u] = 3;
+        voxel[v] = w;
+        EXPECT_NEAR(alpha.at(voxel, axis), 1, 2e-7) << "axis " << axis << ", slope " << slope << ", " << w;
+      }
+    }
+}
 TEST(Degenerate, Resolutions) {
   Scene s = empty_scene();
   add_ball(s, 1, 12);

@@ -168,9 +168,11 @@ void check_parents(const Case& made, const Level& fine, const Level& coarse, int
             least[k] += column_least[k][c] / 4;
             most[k] += column_most[k][c] / 4;
           }
-          // A ray is stopped in the parent where one of two children stops it. Where children are full or empty, the parent is exact; else all are estimates
-          // from rays, and of a few of them only.
-          const double slack = sharp ? 1e-4 : recipe.samples >= 4 || recipe.samples == 0 ? 0.5 : 1;
+          // A ray is stopped in the parent where one of two children stops it. Where children are full or empty, the parent is exact, unless matter enters the box along the
+          // axis in a column that has surface in all its voxels: what of it is inside there only the rays tell, off by a row of them at an edge (at least 2·samples of them
+          // along a parent's edge). Else all are estimates from rays, and of a few of them only.
+          const bool enters = made.solid && std::any_of(made.solid->points.begin(), made.solid->points.end(), [&](const V3d& q) { return q[k] < fine.grid.origin[k]; });
+          const double slack = sharp && !enters ? 1e-4 : sharp ? 0.5 / (recipe.samples > 0 ? recipe.samples : 4) + 1e-4 : recipe.samples >= 4 || recipe.samples == 0 ? 0.5 : 1;
           if (value >= least[k] - slack && value <= most[k] + slack) continue;
           std::string of;
           for (int i = 0; i < 8; ++i)
