@@ -173,6 +173,21 @@ TEST(Degenerate, SideThatLeavesTheBoxAtARay) {
       }
     }
 }
+// A box whose upper side stands above a wall by billionths, in columns that have surface in all their voxels and matter below the first: no ray may be stopped by more than there is.
+TEST(Degenerate, LayerThinnerThanItCanBeTold) {
+  Scene s = empty_scene();
+  add_box(s, V3d(0.5, 0, 0.375), V3d(2, 1, 1.375));
+  for (V3d& p : s.mesh.points) p.y += 8e-9 * (p.z - 1);
+  Recipe recipe = everything(2);
+  recipe.box = Box3d(V3d(0), V3d(2));
+  const Pack pack = bake_quietly(s, recipe);
+  check_invariants(pack);
+  const Dense alpha = dense(pack.levels[0], "alpha"), solid = dense(pack.levels[0], "solid"), crossings = dense(pack.levels[0], "crossings");
+  EXPECT_GT(solid.at(V3i(1, 1, 1)), 0);
+  for_each_cell(alpha.n, [&](const V3i& v) {
+    for (int k = 0; k < 3; ++k) EXPECT_LE(alpha.at(v, k), crossings.at(v, k) + solid.at(v) + 1e-7f) << v.x << " " << v.y << " " << v.z << " axis " << k;
+  });
+}
 TEST(Degenerate, Resolutions) {
   Scene s = empty_scene();
   add_ball(s, 1, 12);
