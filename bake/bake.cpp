@@ -377,8 +377,8 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     textures = std::make_unique<TextureSet>(source, colors ? TextureSet::Need::kColor : TextureSet::Need::kCoverage, report);
   }
   MaterialKinds kinds = find_kinds(source, *textures);
-  // Of a density all three axes share samples³ points a voxel, and noise finer than two voxels is not in it.
-  if (recipe.samples == 0) recipe.samples = source.hypertexture ? 2 : kinds.cutouts || source.fibres.strands() > 0 ? 6 : 4;
+  // Of a density all three axes share samples³ points a voxel.
+  if (recipe.samples == 0) recipe.samples = source.hypertexture ? kDensitySamples : kinds.cutouts || source.fibres.strands() > 0 ? 6 : 4;
   report.count("samples", recipe.samples);
 
   // 1. The grid, the components and what takes part in the fill.

@@ -55,8 +55,12 @@ struct CompareOptions {
 
 // `pack` against its geometry, by its recipe `baked`. The truth: triangles clipped to a voxel one by one, 64 × 64 jittered rays a voxel and axis in
 // double, Embree along whole columns; none of it is code of the bake's own clipper or rasteriser. Seeded voxels of each level.
-// Throws Error{kBadInput} where scene and pack have nothing in common, Error{kUnsupported} for densities.
+// Throws Error{kBadInput} where scene and pack have nothing in common. Of a density compare_density().
 // Cost: about 5 ms a voxel; the same figures for every number of threads.
 [[nodiscard]] Comparison compare_truth(const Pack& pack, const Scene& scene, const Recipe& baked, const CompareOptions& options, Report& report);
+
+// `pack` against the density scene.hypertexture; area and normals against D's differences over the distance of the bake's samples, since finer octaves make the surface of any size. Jittered rays and places in voxels drawn from those with surface in the pack and their neighbours.
+// Cost: about 5 ms a voxel and octave on level 0, 20 on others; the same figures for every number of threads.
+[[nodiscard]] Comparison compare_density(const Pack& pack, const Scene& scene, const Recipe& baked, const CompareOptions& options, Report& report);
 
 }  // namespace texel

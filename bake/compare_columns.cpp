@@ -10,25 +10,12 @@
 #include "bake/compare_voxels.h"
 #include "bake/direction_opacity.h"
 #include "bake/truth_voxels.h"
+#include "formats/random.h"
 
 namespace texel {
 namespace {
 
 constexpr int kEdgeRays = 16;  // a beam has so many squared
-
-class Random {                 // splitmix64
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double next() {
-    std::uint64_t x = state_ += 0x9e3779b97f4a7c15u;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 // Light through a level's voxels, each of one opacity in the ray's direction (docs/view.md: the axes' depths joined by the correlations of S).
 struct Medium {
@@ -96,7 +83,7 @@ Passed pass(const Beam& beam, const Medium& medium, const RayScene& rays, std::u
   V3d unit(0, 0, 0);
   unit[smallest] = 1;
   const V3d u = beam.along.cross(unit).normalized(), v = beam.along.cross(u);
-  Random random(seed);
+  RandomSequence random(seed);
   Passed sum;
   constexpr double kRays = kEdgeRays * kEdgeRays;
   for (int i = 0; i < kEdgeRays * kEdgeRays; ++i) {
@@ -153,7 +140,7 @@ void compare_columns(const Level& level, int number, const RayScene& rays, const
     rows.push_back(at_level(errors.rms("column_rms", of), number, axis));
   }
   // Beams are drawn from infinitely many: the whole there is counts for nothing.
-  Random random(options.seed * 977ull + 13);
+  RandomSequence random(options.seed * 977ull + 13);
   std::vector<Beam> beams;
   for (int i = 0; i < options.columns && !matter.empty(); ++i) {
     const V3i v = matter[static_cast<std::size_t>(random.next() * static_cast<double>(matter.size()))];

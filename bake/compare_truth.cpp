@@ -198,6 +198,7 @@ void compare_level(const Work& work, int number, const Surface& surface) {
 }  // namespace
 
 Comparison compare_truth(const Pack& pack, const Scene& scene, const Recipe& baked, const CompareOptions& options, Report& report) {
+  if (scene.hypertexture) return compare_density(pack, scene, baked, options, report);
   Comparison out;
   if (pack.levels.empty()) {
     out.skipped.push_back({"voxels", "the pack has no volume"});

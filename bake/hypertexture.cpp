@@ -126,11 +126,17 @@ struct Sampler {
     return depth / (s * s);
   }
 
-  // Moments of the voxel, and where its surface lies (world).
-  Moments moments(const Work& w, const V3i& voxel, const V3i& brick, double* area, double* solid, double* mass, V3d* middle) const {
+  // A voxel's matter by octants (one alone of a single sample): where its colour is taken, and what it weighs.
+  struct Spots {
+    std::array<V3d, 8> sum;                    // of places, times weight; samples from the voxel's corner
+    std::array<double, 8> weight{};
+    Spots() { sum.fill(V3d(0, 0, 0)); }
+  };
+
+  // Moments of the voxel, and where its surface lies.
+  Moments moments(const Work& w, const V3i& voxel, double* area, double* solid, double* mass, Spots* spots) const {
     Moments sum;
     const std::size_t sy = static_cast<std::size_t>(side()), sz = sy * sy;
-    V3d place(0, 0, 0);
     double dust = 0, ones = 0;
     const double cell = 1.0 / (s * s);         // (1/s³ of the voxel) · (differences over 1/s of its edge)
     for (int k = 0; k < s; ++k)
@@ -141,14 +147,16 @@ struct Sampler {
           const double size = g.length();
           dust += d[0];
           ones += d[0] >= 1;
-          place += V3d(i + 0.5, j + 0.5, k + 0.5) * (size + kDust * d[0]);
+          const double weight = size * s * s * s + kDust * d[0];
+          const auto octant = static_cast<std::size_t>((2 * i >= s ? 1 : 0) | (2 * j >= s ? 2 : 0) | (2 * k >= s ? 4 : 0));
+          spots->sum[octant] += V3d(i + 0.5, j + 0.5, k + 0.5) * weight;
+          spots->weight[octant] += weight;
           if (size > 0) sum.add(g / size, size, true);
         }
     const double samples = static_cast<double>(s) * s * s;
     *solid = ones / samples;
     *mass = dust / samples;
-    const double flakes = kDust * dust / samples, weight = sum.covered + kDust * dust;
-    *middle = grid.to_world(V3d(brick * kBrick + voxel) + (weight > 0 ? place / (weight * s) : V3d(0.5, 0.5, 0.5)));
+    const double flakes = kDust * dust / samples;
     sum.covered += flakes;
     *area = sum.covered;
     sum.xx += flakes / 3;
@@ -222,7 +230,7 @@ struct Sampler {
     const auto r = static_cast<std::size_t>(s) * static_cast<std::size_t>(s);
     if (options.opacity)
       for (auto& p : w.pass) p.assign(512 * r, 1.0);
-    std::vector<V3d> middle, normal;
+    Palette palette;
     for (int x = 0; x < n.x; ++x)
       for (int y = 0; y < n.y; ++y)
         for (int z = 0; z < n.z; ++z) {
@@ -239,15 +247,14 @@ struct Sampler {
           }
           out.border[static_cast<std::size_t>(x)] |= bit;
           double area = 0, solid = 0, mass = 0;
-          V3d where;
-          out.moments.push_back(moments(w, voxel, b, &area, &solid, &mass, &where));
+          Spots spots;
+          out.moments.push_back(moments(w, voxel, &area, &solid, &mass, &spots));
           Areas& areas = out.areas.emplace_back();
           areas.area = areas.covered = area;
           out.mass += mass;
           out.solid.push_back(static_cast<float>(solid));
           const Moments& m = out.moments.back();
-          middle.push_back(where);
-          normal.push_back(m.m.length() > 0 ? m.m / m.m.length() : V3d(0, 0, 0));
+          palette.add(V3d(b * kBrick + voxel), spots, m.m.length() > 0 ? m.m / m.m.length() : V3d(0, 0, 0), *this);
           if (!options.opacity) continue;
           for (int axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
@@ -258,18 +265,41 @@ struct Sampler {
             out.alpha[a].push_back(static_cast<float>(1 - mean / static_cast<double>(r)));
           }
         }
-    if (options.color) paint(middle, normal, out);
+    if (options.color) paint(palette, out);
     if (options.opacity && options.recompute && options.levels > 1) compose(w, r, out);
   }
 
-  void paint(const std::vector<V3d>& middle, const std::vector<V3d>& normal, Brick& out) const {
-    const std::size_t count = middle.size();
-    std::vector<double> x(count), y(count), z(count);
+  // Where colours are asked for: up to eight places a voxel.
+  struct Palette {
+    std::vector<double> x, y, z, weight;
+    std::vector<V3d> normal;
+    std::vector<std::uint32_t> first{0};       // of each voxel, and one more
+    void add(const V3d& voxel, const Spots& spots, const V3d& facing, const Sampler& sampler) {
+      for (std::size_t o = 0; o < 8; ++o) {
+        if (!(spots.weight[o] > 0)) continue;
+        const V3d p = sampler.grid.to_world(voxel + spots.sum[o] / (spots.weight[o] * sampler.s));
+        x.push_back(p.x);
+        y.push_back(p.y);
+        z.push_back(p.z);
+        weight.push_back(spots.weight[o]);
+        normal.push_back(facing);
+      }
+      first.push_back(static_cast<std::uint32_t>(weight.size()));
+    }
+  };
+
+  void paint(const Palette& palette, Brick& out) const {
+    const std::size_t count = palette.weight.size();
     std::vector<V3f> colors(count, plain);
-    for (std::size_t i = 0; i < count; ++i) { x[i] = middle[i].x; y[i] = middle[i].y; z[i] = middle[i].z; }
-    if (color) color->colors(count, x.data(), y.data(), z.data(), normal.data(), grid.h, colors.data());
-    for (std::size_t i = 0; i < count; ++i) {
-      const V3d sum = V3d(colors[i]) * out.moments[i].covered;
+    if (color) color->colors(count, palette.x.data(), palette.y.data(), palette.z.data(), palette.normal.data(), grid.h / 2, colors.data());
+    for (std::size_t i = 0; i + 1 < palette.first.size(); ++i) {
+      V3d mean(0, 0, 0);
+      double whole = 0;
+      for (std::size_t k = palette.first[i]; k < palette.first[i + 1]; ++k) {
+        mean += V3d(colors[k]) * palette.weight[k];
+        whole += palette.weight[k];
+      }
+      const V3d sum = (whole > 0 ? mean / whole : V3d(plain)) * out.moments[i].covered;
       out.color.push_back(sum * static_cast<double>(1 - glow));
       if (glow > 0) {
         out.material.emplace_back();
@@ -567,7 +597,8 @@ Box3d density_bounds(const Field& density) {
 
 DensityBake bake_density(const Scene& scene, const Grid& grid, const Recipe& recipe, const DensityOptions& options, Report& report) {
   const Hypertexture& texture = *scene.hypertexture;
-  const std::shared_ptr<const Field> density = make_density(texture, grid.h);
+  // D as it is: were finer octaves faded to their means first, opacity would be that of the mean density, which is not the mean opacity (docs/accuracy.md).
+  const std::shared_ptr<const Field> density = make_density(texture, 0);
   const Material& material = scene.materials.front();
   const bool own = material.solid == nullptr;
   const std::shared_ptr<const SolidTexture> color = own ? hypertexture_color(texture) : material.solid;

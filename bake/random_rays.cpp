@@ -6,17 +6,10 @@
 #include <cmath>
 
 #include "bake/ndf_fits.h"
+#include "formats/random.h"
 
 namespace texel {
 namespace {
-
-std::uint64_t mix(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-double unit(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-53; }
 
 struct Tracer {
   const Scene& scene;
@@ -58,17 +51,17 @@ struct Tracer {
 
   void voxel(const V3i& v, std::int64_t index, int level, RandomRaysLevel& out) const {
     const auto i = static_cast<std::size_t>(index);
-    const std::uint64_t base = mix(options.seed ^ mix(static_cast<std::uint64_t>(level) << 60 ^ static_cast<std::uint64_t>(v.x) << 40 ^ static_cast<std::uint64_t>(v.y) << 20 ^ static_cast<std::uint64_t>(v.z)));
+    const std::uint64_t base = mix_bits(options.seed ^ mix_bits(static_cast<std::uint64_t>(level) << 60 ^ static_cast<std::uint64_t>(v.x) << 40 ^ static_cast<std::uint64_t>(v.y) << 20 ^ static_cast<std::uint64_t>(v.z)));
     for (int axis = 0; axis < 3; ++axis) {
       const int a = (axis + 1) % 3, b = (axis + 2) % 3;
       V3d along(0, 0, 0);
       along[axis] = 1;
       double stopped = 0;
       for (int k = 0; k < options.rays; ++k) {
-        const std::uint64_t bits = mix(base + static_cast<std::uint64_t>(axis) * 0x100000000u + static_cast<std::uint64_t>(k));
+        const std::uint64_t bits = mix_bits(base + static_cast<std::uint64_t>(axis) * 0x100000000u + static_cast<std::uint64_t>(k));
         V3d start(v);
-        start[a] += unit(bits);
-        start[b] += unit(mix(bits));
+        start[a] += unit_of(bits);
+        start[b] += unit_of(mix_bits(bits));
         const V3d from = grid.to_world(start), to = grid.to_world(start + along);
         if (options.normals) {
           const RayScene::Hit first = rays.first_covered_hit(from, along, 0, 0, 0);

@@ -191,7 +191,7 @@ void repeat_density(Hypertexture& texture, const Grid& grid, const V3d& period, 
   if (const std::string changed = hypertexture_fit(texture).changed; !changed.empty())
     report.issue("cyclic-frequency", "noise has to repeat with the period: " + changed, 1, name);
   if (cube) return;
-  const std::shared_ptr<const Field> density = make_density(texture, grid.h);
+  const std::shared_ptr<const Field> density = make_density(texture, 0);
   for (int a = 0; a < 3; ++a)
     if (texture.period[a] > 0) report_seam(density_seam(*density, grid, a), a, "it differs by more than 1/256", name, report);
 }

@@ -17,6 +17,7 @@
 #include "bake/repeat_functions.h"
 #include "formats/error.h"
 #include "formats/instances.h"
+#include "formats/random.h"
 
 namespace texel {
 namespace {
@@ -25,16 +26,9 @@ constexpr std::size_t kMostVisits = 100'000'000;  // triangles a level's voxels 
 constexpr int kFibreSides = 48;                   // facets that stand for a fibre's wall: shadows to (π/48)²/6 < 1e-3
 constexpr double kSamplesAFace = 256;             // points at which colour is taken in a level-0 face's worth of surface
 
-std::uint64_t mix(std::uint64_t x) {              // splitmix64
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 std::uint64_t hash_of(const V3i& v, std::uint64_t seed) {
-  return mix(static_cast<std::uint64_t>(v.x) ^ mix(static_cast<std::uint64_t>(v.y) ^ mix(static_cast<std::uint64_t>(v.z) ^ mix(seed))));
+  return mix_bits(static_cast<std::uint64_t>(v.x) ^ mix_bits(static_cast<std::uint64_t>(v.y) ^ mix_bits(static_cast<std::uint64_t>(v.z) ^ mix_bits(seed))));
 }
-double unit(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-53; }
 
 // A convex polygon under Sutherland and Hodgman's cuts.
 struct Piece {
@@ -132,8 +126,8 @@ void Truth::add_face(const Face& face, const Voxel& voxel, VoxelTruth& to, V3d& 
     }
     const int points = std::clamp(static_cast<int>(std::ceil(area * share * kSamplesAFace)), 1, 1024);
     // Turned at random: of a piece that gets one point alone any place is as likely.
-    const std::uint64_t turn = hash_of(to.at, mix(face.triangle) + static_cast<unsigned>(i));
-    const double turn_u = unit(turn), turn_v = unit(mix(turn));
+    const std::uint64_t turn = hash_of(to.at, mix_bits(face.triangle) + static_cast<unsigned>(i));
+    const double turn_u = unit_of(turn), turn_v = unit_of(mix_bits(turn));
     const double part = area / points, width = std::sqrt(part * share) * of.plan.grid.h;
     for (int k = 0; k < points; ++k) {
       // Roberts' R2 sequence, folded into the triangle.
@@ -216,9 +210,9 @@ void Truth::trace(int axis, const Voxel& voxel, std::span<const std::uint64_t> f
   std::vector<double> ru(rays), rv(rays);
   const std::uint64_t base = hash_of(to.at, options.seed * 4ull + static_cast<unsigned>(axis) + 1);
   for (std::size_t i = 0; i < rays; ++i) {
-    const std::uint64_t bits = mix(base + i);
-    ru[i] = u0 + (static_cast<double>(i % static_cast<std::size_t>(n)) + unit(bits)) * step;
-    rv[i] = v0 + (static_cast<double>(i / static_cast<std::size_t>(n)) + unit(mix(bits))) * step;
+    const std::uint64_t bits = mix_bits(base + i);
+    ru[i] = u0 + (static_cast<double>(i % static_cast<std::size_t>(n)) + unit_of(bits)) * step;
+    rv[i] = v0 + (static_cast<double>(i / static_cast<std::size_t>(n)) + unit_of(mix_bits(bits))) * step;
   }
   std::vector<int> before(rays, 0);
   std::vector<Met> met;

@@ -46,9 +46,7 @@ Comparison against_geometry(const Settings& settings, const Pack& pack, const Co
   Recipe baked = recorded;
   baked.cyclic = pack.cyclic;
   const Scene scene = source_scene(settings, pack.sources, report);
-  Comparison all;
-  if (scene.hypertexture) all.skipped.push_back({"voxels and columns", "a density has no surface to measure against; compare the pack with one baked with more --samples"});
-  else all = compare_truth(pack, scene, baked, options, report);
+  Comparison all = compare_truth(pack, scene, baked, options, report);
   if (!settings.view.truth) return all;
   CompareViewsOptions views{.views = settings.compare.views, .doublings = settings.compare.doublings, .up = up_axis(recorded.up, pack.sources), .seed = options.seed, .view = {}};
   const bool size_given = settings.view.width != ViewSettings{}.width || settings.view.height != ViewSettings{}.height;

@@ -10,6 +10,7 @@
 #include "formats/error.h"
 #include "formats/fibres.h"
 #include "formats/plant.h"
+#include "formats/random.h"
 #include "formats/readers.h"
 #include "formats/xml.h"
 
@@ -36,21 +37,6 @@ constexpr Kind kKinds[] = {
 };
 constexpr std::pair<std::string_view, Basis> kBases[] = {
     {"linear", Basis::kLinear}, {"bezier", Basis::kBezier}, {"bspline", Basis::kBspline}, {"hermite", Basis::kHermite}, {"catmull_rom", Basis::kCatmullRom},
-};
-
-// splitmix64: the same hairs everywhere.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform() {
-    std::uint64_t x = state_ += 0x9e3779b97f4a7c15u;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
-  }
-
- private:
-  std::uint64_t state_;
 };
 
 class CurveReader : public XmlHandler {
@@ -300,12 +286,12 @@ class CurveReader : public XmlHandler {
 
   // Roots evenly over a sphere of 0.6 radius (Fibonacci's lattice), tips at its radius, bent by up to a fifth of it, 1/50 of it thick at the root.
   void end_fur_ball() {
-    Random random(static_cast<std::uint64_t>(fur_balls_++) + 1);
+    RandomSequence random(static_cast<std::uint64_t>(fur_balls_++) + 1);
     std::vector<FibrePoint> strand;
     for (int i = 0; i < kFurHairs; ++i) {
       const double z = 1 - (2 * i + 1.0) / kFurHairs, turn = i * std::numbers::pi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
       const V3d out(r * std::cos(turn), r * std::sin(turn), z);
-      const V3d bend = V3d(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5) * 0.4;
+      const V3d bend = V3d(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5) * 0.4;
       std::array<FibrePoint, 4> c;
       for (std::size_t k = 0; k < 4; ++k) {
         const double t = static_cast<double>(k) / 3;
