@@ -185,9 +185,14 @@ void filter_visibility(const Surface& fine, const Visibility& fine_seen, const S
         coarse_seen.alpha[a][i] = static_cast<float>((s[0] + s[1] + s[2] + s[3]) / 4);
       }
     }
-    // As level 0 has it, see fill_fractions.
-    for (std::size_t i = 0; i < coarse_seen.alpha[a].size(); ++i)
-      if (!(coarse_seen.solid[i] > 0)) coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(coarse.areas[i].crossings[static_cast<int>(a)] / face));
+    // As level 0 has it, see fill_fractions. Filtered opacity is what its children say.
+    const int axis = static_cast<int>(a);
+    for (std::size_t i = 0; i < coarse_seen.alpha[a].size(); ++i) {
+      const bool matter = coarse_seen.solid[i] > 0;
+      if (matter && (opacity || solid[i] > kThinMatter)) continue;
+      const double most = matter ? most_met(coarse.areas[i], axis) / face + solid[i] : coarse.areas[i].crossings[axis] / face;
+      coarse_seen.alpha[a][i] = std::min(coarse_seen.alpha[a][i], static_cast<float>(most));
+    }
   }
   merge_inside(fine_seen, coarse_voxels, coarse_seen);
 }

@@ -47,6 +47,11 @@ struct Areas {
   }
 };
 
+// The most surface, as a mean number of crossings times the face, that can stop a ray along an axis or let it out of matter: cut-outs let light through surface, not through matter behind it.
+// With the filled share of a voxel no ray is stopped by more. Where that share is not exactly known the bound is worth nothing, unless there is next to none.
+inline constexpr double kThinMatter = 1e-3;
+[[nodiscard]] inline double most_met(const Areas& a, int axis) { return std::max(a.crossings[axis], 2 * a.stopping[axis] + a.outward[axis]); }
+
 // Which way it faces. All weighted by covered area.
 struct Moments {
   double covered = 0;       // A

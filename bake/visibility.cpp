@@ -68,14 +68,10 @@ void fill_fractions(const Surface& surface, const std::array<std::vector<float>,
     filled += share;
     to.solid[i] = static_cast<float>(share);
     // A ray that is stopped meets surface in the voxel or passes within matter from wall to wall: what is known of both may be less than one ray. Too little matter for a float is none.
-    if (!(exact[i] >= 0) && to.solid[i] > 0) continue;
-    const Areas& p = surface.areas[i];
+    if (!(exact[i] >= 0) && share > kThinMatter) continue;  // an estimate itself
     for (int a = 0; a < 3; ++a)
-      if (auto& alpha = to.alpha[static_cast<std::size_t>(a)]; !alpha.empty()) {
-        // Cut-outs let light through surface, not through matter behind it.
-        const double most = to.solid[i] > 0 ? std::max(p.crossings[a], 2 * p.stopping[a] + p.outward[a]) + share : p.crossings[a];
-        alpha[i] = std::min(alpha[i], static_cast<float>(most));
-      }
+      if (auto& alpha = to.alpha[static_cast<std::size_t>(a)]; !alpha.empty())
+        alpha[i] = std::min(alpha[i], static_cast<float>(to.solid[i] > 0 ? most_met(surface.areas[i], a) + share : surface.areas[i].crossings[a]));
   }
 }
 

@@ -195,7 +195,7 @@ std::vector<OptionRow> option_rows() {
              [](auto& s) -> auto& { return s.recipe.hypertexture.frequency; }, {0, 1e9, true, true}),
       [] {
         OptionRow row = integer({.name = "octaves", .metavar = "N", .group = kNoise, .commands = kBakes | kView,
-                                 .help = "octaves of noise; those finer than two voxels are left out by themselves", .in_recipe = true, .shown_default = "the preset's"},
+                                 .help = "octaves of noise, each of half the size and half the weight of the one before", .in_recipe = true, .shown_default = "the preset's"},
                                 [](auto& s) -> auto& { return s.recipe.hypertexture.octaves; }, 1, kMostOctaves);
         row.get = [](const Settings& s) { return s.recipe.hypertexture.octaves > 0 ? std::to_string(s.recipe.hypertexture.octaves) : std::string(); };
         return row;
