@@ -31,6 +31,13 @@ struct Eigen3 {
 // c = A / (2 R_G(s)), R_G Carlson's symmetric elliptic integral of the second kind.
 [[nodiscard]] double sggx_scale(const Moments& moments);
 
+// Both at once.
+struct SggxLobe {
+  Symmetric s;
+  double scale = 0;
+};
+[[nodiscard]] SggxLobe sggx_lobe(const Moments& moments);
+
 // The two stored axes e1/|e3|, e2/|e3| of an ellipsoid whose third is their cross product's direction.
 struct StoredAxes { V3f axis_1, axis_2; };
 // Ellipsoid whose own surface has the distribution: semi-axes e_i = sqrt(σ_j σ_k / σ_i). Ratios are held within 1:100 (a sheet's would be 0).
