@@ -31,6 +31,9 @@ struct Eigen3 {
 // c = A / (2 R_G(s)), R_G Carlson's symmetric elliptic integral of the second kind.
 [[nodiscard]] double sggx_scale(const Moments& moments);
 
+// Mean of √(ωᵀSω) over all directions: 1/2 for a sheet, π/4 for a cylinder, 1 for a sphere, whose largest eigenvalue is 1. Eigenvalues below 0 count as 0.
+[[nodiscard]] double mean_shadow(const Symmetric& s);
+
 // Both at once.
 struct SggxLobe {
   Symmetric s;
