@@ -194,6 +194,8 @@ std::vector<Case> cases() {
   all.push_back({"cyclic", mixed_scene(), volume_recipe(32)});
   all.back().recipe.box = Box3d(V3d(-0.9, -0.9, -0.9), V3d(0.9, 0.9, 0.9));
   all.back().recipe.cyclic = {true, true, false};
+  all.push_back({"two lobes", mixed_scene(), volume_recipe(40)});
+  all.back().recipe.lobes = 2;
   all.push_back({"fog", fog_scene("fog"), volume_recipe(32)});
   all.push_back({"fire", fog_scene("fire"), volume_recipe(32)});
   all.push_back({"one colour", empty_scene(), volume_recipe(50)});
