@@ -1,7 +1,6 @@
 // One ellipsoid of normals a voxel or two, as baked with --lobes 2: error of the projected area over directions against the surface itself (docs/accuracy.md, "A second lobe"), rms in units
-// of its mean. `two` takes the better split of every voxel whether it wins or not, `chosen` is what the pack holds; `share` of voxels have a second lobe in it.
+// of its mean: with one, and as chosen for the pack; and the share of the voxels that have a second one.
 //   lobe_bench [-r N] [MODEL …]   N³ (64) and all levels; without any model those of the shared data and the samples
-//   lobe_bench --cost [-r N] [MODEL …]   seconds of the surface stage with one lobe and with two (medians of 5), and bytes of the packs
 #include <algorithm>
 #include <chrono>
 #include <cmath>
