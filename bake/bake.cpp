@@ -39,6 +39,9 @@ namespace {
 void check_recipe(const Recipe& recipe) {
   if (!(recipe.prune >= 0 && recipe.prune <= 0.25)) throw Error(Code::kCommandLine, "--prune", std::to_string(recipe.prune), "give 0 to 0.25");
   if (!(recipe.quantize >= 0 && recipe.quantize <= 0.0625)) throw Error(Code::kCommandLine, "--quantize", std::to_string(recipe.quantize), "give 0 to 0.0625");
+  if (recipe.lobes < 1 || recipe.lobes > 2) throw Error(Code::kCommandLine, "--lobes", std::to_string(recipe.lobes), "give 1 or 2");
+  if (recipe.lobes == 2 && recipe.ndf != NdfKind::kSggx) throw Error(Code::kCommandLine, "--lobes 2", "two lobes are SGGX matrices, --ndf neyret and ratib have one ellipsoid", "give --ndf sggx or --lobes 1");
+  if (recipe.lobes == 2 && recipe.normals == Normals::kVisible) throw Error(Code::kUnsupported, "--lobes 2", "visible normals are counted for one lobe in this version", "give --normals all or --lobes 1");
   if (recipe.samples < 0 || recipe.samples > 64) throw Error(Code::kCommandLine, "--samples", std::to_string(recipe.samples), "give 1 to 64");
 }
 
@@ -216,6 +219,7 @@ DensityBake bake_scene_density(const Scene& scene, Plan& plan, const Recipe& rec
   if (recipe.shadows) unsupported("--shadows", "a density casts no shadows in this version");
   if (recipe.material == MaterialOf::kVisible) unsupported("--material visible", "a density has no one surface to see");
   if (recipe.normals == Normals::kVisible) unsupported("--normals visible", "a density has no one surface to see");
+  if (recipe.lobes == 2) unsupported("--lobes 2", "a density's normals go all ways between its surfaces and have one lobe in this version");
   if (recipe.max_error > 0) unsupported("--max-error", "a density's samples are not chosen by error in this version");
   if (recipe.fill == Fill::kOn) unsupported("--fill on", "a density is solid where it is 1 and has nothing to fill");
   DensityOptions options;
@@ -462,7 +466,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     const bool more = kinds.ks || kinds.roughness || kinds.transparency || kinds.emission;
     one = one_color(scene, *textures);
     const SurfaceWant what{.color = colors && !one, .normals = want.ndf || want.normal || (want.slices && !recipe.lights.empty()),
-                           .material = (want.material && more) || (opacity && kinds.transparency),
+                           .material = (want.material && more) || (opacity && kinds.transparency), .lobes = want.ndf && recipe.lobes == 2,
                            .finest_cut = recipe.max_error > 0 ? finest_cut_for(recipe.max_error) : SurfaceWant{}.finest_cut};
     if (!colors) one = {};
     options.recompute = recipe.level_mode == LevelMode::kRecompute;
@@ -622,6 +626,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   // 10., 11. What --prune and --quantize take out of finished levels: no level is computed from what they leave.
   if (want.volume() && recipe.prune > 0) prune_pack(recipe, pack, report);
   if (want.volume() && recipe.quantize > 0) round_pack(recipe, pack, report);
+  if (recipe.lobes == 2 && !want.ndf) report.skip("--lobes 2", "they belong to the distribution of normals, ndf, which is not wanted");
   if (!want.slices) report.skip("slices", "not wanted");
   if (!want.slices && !recipe.lights.empty()) report.skip("baked light", "it colours slices, which are not wanted");
   if (recipe.shadows && recipe.lights.empty()) report.skip("shadows", "without --light there is nothing to cast them");

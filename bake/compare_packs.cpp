@@ -102,10 +102,11 @@ void compare_ndf(const Level& a, const Level& b, const CompareOptions& options, 
     if (!x || !y) return;
     const auto p = ndf_a.at(v), q = ndf_b.at(v);
     const double covered_a = static_cast<double>(*x * cover_a.value(v, 1)), covered_b = static_cast<double>(*y * cover_b.value(v, 1));
-    if (p) indefinite += is_indefinite(*p);
+    const auto lobes_p = ndf_a.lobes(v), lobes_q = ndf_b.lobes(v);
+    if (p) indefinite += is_indefinite(*p) || is_indefinite(lobes_p->ndf[0]) || is_indefinite(lobes_p->ndf[1]);
     if (!p || !q || !(covered_b > 0)) return;
-    projected_areas(*p, covered_a, directions, sigma_a);
-    projected_areas(*q, covered_b, directions, sigma_b);
+    projected_areas(*lobes_p, covered_a, directions, sigma_a);
+    projected_areas(*lobes_q, covered_b, directions, sigma_b);
     add_sigma(sigma_a, sigma_b, sigma);
     covered += covered_b;
     if (const auto axis = principal_axis(*q)) angle.add(axis_angle(axis_of(*p, axis->fibre), axis->axis));

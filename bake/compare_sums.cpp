@@ -40,6 +40,10 @@ double ratib_radius(const Symmetric& q, const V3d& n) {
   return form > 0 ? 1 / std::sqrt(form) : 0;
 }
 
+Symmetric symmetric(const float* d, const float* o) {
+  return {static_cast<double>(d[0]), static_cast<double>(d[1]), static_cast<double>(d[2]), static_cast<double>(o[0]), static_cast<double>(o[1]), static_cast<double>(o[2])};
+}
+
 }  // namespace
 
 Measure ErrorSums::bias(const std::string& name, std::int64_t of) const {
@@ -128,6 +132,14 @@ void projected_areas(const VoxelNdf& ndf, double area, std::span<const V3d> dire
   for (double& v : sigma) v *= total > 0 ? area / total : 0;
 }
 
+void projected_areas(const VoxelLobes& lobes, double area, std::span<const V3d> directions, std::span<double> sigma) {
+  projected_areas(lobes.ndf[0], area * lobes.share[0], directions, sigma);
+  if (!(lobes.share[1] > 0)) return;
+  std::vector<double> second(sigma.size());
+  projected_areas(lobes.ndf[1], area * lobes.share[1], directions, second);
+  for (std::size_t i = 0; i < second.size(); ++i) sigma[i] += second[i];
+}
+
 void normal_density(const VoxelNdf& ndf, std::span<const V3d> directions, std::span<double> density) {
   double total = 0;
   const auto of = [&](const V3d& n) {
@@ -176,11 +188,27 @@ double axis_angle(const V3d& a, const V3d& b) {
 }
 
 NdfField::NdfField(const Level& level, NdfKind kind)
-    : kind_(kind), diagonal_(level, "S_diag", 3), off_(level, "S_off", 3), axis_1_(level, "axis_1", 3), axis_2_(level, "axis_2", 3) {}
+    : kind_(kind), diagonal_(level, "S_diag", 3), off_(level, "S_off", 3), axis_1_(level, "axis_1", 3), axis_2_(level, "axis_2", 3),
+      lobe_diagonal_{VoxelField(level, "S1_diag", 3), VoxelField(level, "S2_diag", 3)}, lobe_off_{VoxelField(level, "S1_off", 3), VoxelField(level, "S2_off", 3)}, share_(level, "share_1", 1) {}
+
+std::optional<VoxelLobes> NdfField::lobes(const V3i& voxel) const {
+  const auto one = at(voxel);
+  if (!one) return std::nullopt;
+  VoxelLobes lobes{.ndf = {*one, *one}};
+  const double share = static_cast<double>(share_.value(voxel, 1));
+  if (!(share > 0) || !(share < 1)) return lobes;
+  for (std::size_t g = 0; g < 2; ++g) {
+    const float *d = lobe_diagonal_[g].at(voxel), *o = lobe_off_[g].at(voxel);
+    if (!d || !o) return VoxelLobes{.ndf = {*one, *one}};
+    lobes.ndf[g] = ndf_from_sggx(symmetric(d, o));
+  }
+  lobes.share = {share, 1 - share};
+  return lobes;
+}
 
 std::optional<VoxelNdf> NdfField::at(const V3i& voxel) const {
   if (const float *d = diagonal_.at(voxel), *o = off_.at(voxel); d && o) {
-    const Symmetric s{static_cast<double>(d[0]), static_cast<double>(d[1]), static_cast<double>(d[2]), static_cast<double>(o[0]), static_cast<double>(o[1]), static_cast<double>(o[2])};
+    const Symmetric s = symmetric(d, o);
     if (!(s.xx + s.yy + s.zz > 0)) return std::nullopt;
     return ndf_from_sggx(s);
   }

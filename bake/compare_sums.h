@@ -53,8 +53,16 @@ struct VoxelNdf {
 [[nodiscard]] std::optional<VoxelNdf> ndf_from_axes(NdfKind kind, const V3f& axis_1, const V3f& axis_2);
 [[nodiscard]] VoxelNdf ndf_from_sggx(const Symmetric& s);
 
+// What a voxel's surface is seen by: one distribution or two with their shares of the covered area.
+struct VoxelLobes {
+  std::array<VoxelNdf, 2> ndf;
+  std::array<double, 2> share{1, 0};
+};
+
 // σ(ω) of surface of `area`, any unit: the shadow of all of it, both sides counted once, so that the mean over all directions is area/2.
 void projected_areas(const VoxelNdf& ndf, double area, std::span<const V3d> directions, std::span<double> sigma);
+// Of two lobes: the sum of each one's for its share.
+void projected_areas(const VoxelLobes& lobes, double area, std::span<const V3d> directions, std::span<double> sigma);
 // Density of normals (both signs together, over the half sphere: integral 1) in the given directions.
 void normal_density(const VoxelNdf& ndf, std::span<const V3d> directions, std::span<double> density);
 
@@ -73,10 +81,14 @@ class NdfField {
   NdfField(const Level& level, NdfKind kind);
   [[nodiscard]] bool present() const { return diagonal_.present() || axis_1_.present(); }
   [[nodiscard]] std::optional<VoxelNdf> at(const V3i& voxel) const;
+  // Both lobes where the voxel has them, else what at() says.
+  [[nodiscard]] std::optional<VoxelLobes> lobes(const V3i& voxel) const;
 
  private:
   NdfKind kind_;
   VoxelField diagonal_, off_, axis_1_, axis_2_;
+  std::array<VoxelField, 2> lobe_diagonal_, lobe_off_;
+  VoxelField share_;
 };
 
 }  // namespace texel

@@ -90,10 +90,11 @@ void add_voxel(const VoxelTruth& t, const Fields& f, bool visible, std::span<con
   to.coverage.add(static_cast<double>(f.coverage.value(t.at, 1)) - t.moments.covered / t.area);
   if (const float* m = f.normal.at(t.at)) to.normal.add((V3d(V3f(m[0], m[1], m[2])) - moments.m / moments.covered).length());
   const auto ndf = f.ndf.at(t.at);
-  if (!ndf) return;
-  to.indefinite += is_indefinite(*ndf);
+  const auto lobes = f.ndf.lobes(t.at);
+  if (!ndf || !lobes) return;
+  to.indefinite += is_indefinite(*ndf) || is_indefinite(lobes->ndf[0]) || is_indefinite(lobes->ndf[1]);
   if (!visible) {
-    projected_areas(*ndf, covered, directions, sigma);
+    projected_areas(*lobes, covered, directions, sigma);
     add_sigma(sigma, t.sigma, to.sigma);
     to.covered += t.moments.covered;
   }

@@ -21,6 +21,26 @@ double sggx_density(const Form& s, const V3d& n) {
 
 constexpr int kNormals = 16;
 
+// Lobes with how much of what is seen from one direction each is (sum 1).
+struct SeenLobes {
+  int count = 1;
+  std::array<Form, 2> s;
+  std::array<double, 2> weight{1, 0};
+};
+SeenLobes seen_lobes(const Facets& facets, const V3d& v) {
+  constexpr double kRound = 0.9995;  // sheets have no inverse
+  if (!(facets.share_2 > 0)) return {1, {facets.s.rounded(kRound), {}}, {1, 0}};
+  SeenLobes seen{2, {facets.lobes[0].rounded(kRound), facets.lobes[1].rounded(kRound)}, {}};
+  const std::array<double, 2> share{1 - facets.share_2, facets.share_2};
+  for (std::size_t g = 0; g < 2; ++g) {
+    const Form& s = seen.s[g];
+    seen.weight[g] = share[g] * std::sqrt(std::max(s.form(v, v), 0.0)) / mean_shadow({s.xx, s.yy, s.zz, s.xy, s.xz, s.yz});
+  }
+  const double sum = seen.weight[0] + seen.weight[1];
+  for (double& w : seen.weight) w /= sum;
+  return seen;
+}
+
 // Fixed normals seen from `v`, each standing for the same share of what is seen: field notes 1.5 (Heitz et al. 2015).
 std::array<V3d, kNormals> visible_normals(const Form& s, const V3d& v) {
   const V3d helper = std::abs(v.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
@@ -60,16 +80,20 @@ V3f light_sent(const Facets& facets, const V3d& v, std::span<const Light> lights
   const V3d& m = facets.mean;
   const bool closed = facets.closed;
   const double sidedness = std::min(m.length(), 1.0);
-  const Form s = facets.s.rounded(0.9995);  // sheets have no inverse
+  const SeenLobes seen = seen_lobes(facets, v);
+  const auto count = static_cast<std::size_t>(seen.count);
 
   // Of what is turned to the eye, the part against the mean normal is backs: dark where the surface is open, hidden where it closes
   // a solid. There the nearest normal that is just in sight stands in for what little of the voxel shows.
-  const std::array<V3d, kNormals> normals = visible_normals(s, v);
-  std::array<double, kNormals> weight;
+  std::array<std::array<V3d, kNormals>, 2> normals;
+  std::array<std::array<double, kNormals>, 2> weight;
   double total = 0;
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    weight[i] = normals[i].dot(m) < 0 ? 1 - sidedness : 1.0;
-    total += weight[i];
+  for (std::size_t g = 0; g < count; ++g) {
+    normals[g] = visible_normals(seen.s[g], v);
+    for (std::size_t i = 0; i < kNormals; ++i) {
+      weight[g][i] = seen.weight[g] * (normals[g][i].dot(m) < 0 ? 1 - sidedness : 1.0);
+      total += weight[g][i];
+    }
   }
   constexpr double kRim = 0.02 * kNormals;
   V3d rim = sidedness > 0 ? m / m.length() : v;
@@ -82,7 +106,8 @@ V3f light_sent(const Facets& facets, const V3d& v, std::span<const Light> lights
     V3f color;
     if (!light_at(light, place, &l, &color)) continue;
     double cosine = closed ? kRim * std::max(rim.dot(l), 0.0) : 0.0;
-    for (std::size_t i = 0; i < normals.size(); ++i) cosine += weight[i] * std::max(normals[i].dot(l), 0.0);
+    for (std::size_t g = 0; g < count; ++g)
+      for (std::size_t i = 0; i < kNormals; ++i) cosine += weight[g][i] * std::max(normals[g][i].dot(l), 0.0);
     cosine /= norm;
     if (!(cosine > 1e-6)) continue;
     color *= open(l, light);
@@ -90,12 +115,14 @@ V3f light_sent(const Facets& facets, const V3d& v, std::span<const Light> lights
     if (look.ks.x > 0 || look.ks.y > 0 || look.ks.z > 0) {
       // The lobe spread over the voxel's normals: SGGX of the lobe folded into S, as a mirror flake medium (field notes 1.5).
       const double a = std::clamp(static_cast<double>(look.roughness), static_cast<double>(kMinRoughness), 1.0);
-      const Form lobe = s.rounded(1 - a * a);
       const V3d h = (v + l).length() > 1e-9 ? (v + l).normalized() : v;
       const double side = closed ? 1.0 : h.dot(m) < 0 ? 1 - sidedness : 1.0;
       const double grazing = std::min(cosine / 0.1, 1.0);
-      const double seen = std::sqrt(std::max(lobe.form(v, v), 1e-4));
-      answer += look.ks * static_cast<float>(std::numbers::pi * sggx_density(lobe, h) / (4 * seen) * side * grazing);
+      for (std::size_t g = 0; g < count; ++g) {
+        const Form lobe = seen.s[g].rounded(1 - a * a);
+        const double across = std::sqrt(std::max(lobe.form(v, v), 1e-4));
+        answer += look.ks * static_cast<float>(seen.weight[g] * (std::numbers::pi * sggx_density(lobe, h) / (4 * across) * side * grazing));
+      }
     }
     sum += answer * color;
   }
@@ -110,6 +137,7 @@ Facets carried(const Facets& facets, const std::array<V3d, 3>& back) {
   const V3d i = turned(V3d(x.x, y.x, z.x)), j = turned(V3d(x.y, y.y, z.y)), k = turned(V3d(x.z, y.z, z.z));
   Facets there = facets;
   there.s = {i.x, j.y, k.z, (i.y + j.x) / 2, (i.z + k.x) / 2, (j.z + k.y) / 2};
+  there.share_2 = 0;
   double before = 0, largest = 0;
   const double mean_before = mean_area(s, &before), mean_after = mean_area(there.s, &largest);
   if (!(largest > 0) || !std::isfinite(largest) || !(mean_after > 0)) return facets;

@@ -29,6 +29,8 @@ struct Facets {
   V3d mean{0, 0, 0};    // signed mean normal m/A, length <= 1
   bool closed = false;  // they bound a solid: their backs are hidden
   Look look;
+  std::array<Form, 2> lobes{};  // SGGX of two lobes, where share_2 > 0
+  double share_2 = 0;           // of the area, what the second has; 0: `s` alone is what the facets are
 };
 
 // Light the facets at `place` (world) send towards `v` (unit). `open` says what share of a light arrives from direction l (unit) over `distance` (world; infinite
@@ -39,6 +41,7 @@ struct Facets {
 // The facets of a voxel carried along by an affine map: `back` is the linear part of its inverse, as rows. A facet of vector area a·n becomes one of det·back^T·a·n, so
 // that projected areas become sqrt(ω^T back^T S back ω) exactly, and SGGX stays SGGX; m/A changes with the mean of those over all directions (Thomsen's formula for
 // an ellipsoid's area: 1.1 %). Source: Ratib 1997 §4.5.1 (normals by the inverse transpose); the closed form for S follows from Heitz et al. 2015, eq. for σ.
+// Of two lobes what they are together is carried, as one.
 [[nodiscard]] Facets carried(const Facets& facets, const std::array<V3d, 3>& back);
 
 }  // namespace texel

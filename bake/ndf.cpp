@@ -84,6 +84,25 @@ double sggx_scale(const Moments& moments) {
   return moments.covered / (2 * boost::math::ellint_rg(s(0), s(1), s(2)));
 }
 
+double mean_shadow(const Symmetric& s) {
+  const Eigen3 e = eigen(s);
+  return e.value[0] > 0 ? boost::math::ellint_rg(e.value[0], std::max(e.value[1], 0.0), std::max(e.value[2], 0.0)) : 0;
+}
+
+SggxLobe sggx_lobe(const Moments& moments) {
+  if (!(moments.covered > 0)) return {};
+  const Eigen3 e = moment_eigen(moments);
+  if (!(e.value[0] > 0)) return {};
+  SggxLobe lobe;
+  std::array<double, 3> s;
+  for (std::size_t i = 0; i < 3; ++i) {
+    s[i] = std::pow(e.value[i] / e.value[0], kExponent);
+    add_outer(lobe.s, e.vector[i], s[i]);
+  }
+  lobe.scale = moments.covered / (2 * boost::math::ellint_rg(s[0], s[1], s[2]));
+  return lobe;
+}
+
 StoredAxes neyret_axes(const Symmetric& s) {
   const Eigen3 e = eigen(s);
   std::array<double, 3> sigma, semi;

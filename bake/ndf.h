@@ -31,6 +31,16 @@ struct Eigen3 {
 // c = A / (2 R_G(s)), R_G Carlson's symmetric elliptic integral of the second kind.
 [[nodiscard]] double sggx_scale(const Moments& moments);
 
+// Mean of √(ωᵀSω) over all directions: 1/2 for a sheet, π/4 for a cylinder, 1 for a sphere, whose largest eigenvalue is 1. Eigenvalues below 0 count as 0.
+[[nodiscard]] double mean_shadow(const Symmetric& s);
+
+// Both at once.
+struct SggxLobe {
+  Symmetric s;
+  double scale = 0;
+};
+[[nodiscard]] SggxLobe sggx_lobe(const Moments& moments);
+
 // The two stored axes e1/|e3|, e2/|e3| of an ellipsoid whose third is their cross product's direction.
 struct StoredAxes { V3f axis_1, axis_2; };
 // Ellipsoid whose own surface has the distribution: semi-axes e_i = sqrt(σ_j σ_k / σ_i). Ratios are held within 1:100 (a sheet's would be 0).

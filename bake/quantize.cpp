@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/lobes.h"
+
 namespace texel {
 namespace {
 
@@ -99,17 +101,35 @@ Layer matter_layer(const Surface& surface, const Visibility& seen, const Grid& g
   return layer;
 }
 
-void add_ndf(const std::vector<Moments>& moments, const Recipe& recipe, Layer& layer) {
-  const auto count = static_cast<std::int64_t>(moments.size());
+// S of each voxel's moments(i).
+template <class Of>
+std::vector<Symmetric> matrices(std::int64_t count, Of&& moments) {
   std::vector<Symmetric> s(static_cast<std::size_t>(count));
   tbb::parallel_for(std::int64_t{0}, (count + 1023) / 1024, [&](std::int64_t chunk) {
-    for (std::int64_t i = chunk * 1024; i < std::min(count, (chunk + 1) * 1024); ++i) s[static_cast<std::size_t>(i)] = sggx(moments[static_cast<std::size_t>(i)]);
+    for (std::int64_t i = chunk * 1024; i < std::min(count, (chunk + 1) * 1024); ++i) s[static_cast<std::size_t>(i)] = sggx(moments(static_cast<std::size_t>(i)));
   });
-  if (recipe.ndf == NdfKind::kSggx) {
-    layer.channels.push_back(make_channel("S_diag", 3, count, [&](std::size_t i) { return V3d(s[i].xx, s[i].yy, s[i].zz); }));
-    layer.channels.push_back(make_channel("S_off", 3, count, [&](std::size_t i) { return V3d(s[i].xy, s[i].xz, s[i].yz); }));
-    return;
-  }
+  return s;
+}
+
+void add_matrices(const std::string& name, const std::vector<Symmetric>& s, Layer& layer) {
+  const auto count = static_cast<std::int64_t>(s.size());
+  layer.channels.push_back(make_channel(name + "_diag", 3, count, [&](std::size_t i) { return V3d(s[i].xx, s[i].yy, s[i].zz); }));
+  layer.channels.push_back(make_channel(name + "_off", 3, count, [&](std::size_t i) { return V3d(s[i].xy, s[i].xz, s[i].yz); }));
+}
+
+// The groups' own S, and the first one's share of the covered area: 1 where there is one, whose S is then that of all.
+void add_lobes(const Surface& surface, Layer& layer) {
+  const auto count = static_cast<std::int64_t>(surface.lobes.size());
+  const auto second = [&](std::size_t i) -> const Moments& { return surface.lobes[i].second; };
+  add_matrices("S1", matrices(count, [&](std::size_t i) { return first_group(surface.moments[i], second(i)); }), layer);
+  add_matrices("S2", matrices(count, second), layer);
+  layer.channels.push_back(make_channel("share_1", 1, count, [&](std::size_t i) { return V3d(second(i).covered > 0 ? 1 - second(i).covered / surface.moments[i].covered : 1, 0, 0); }));
+}
+
+void add_ndf(const std::vector<Moments>& moments, const Recipe& recipe, Layer& layer) {
+  const auto count = static_cast<std::int64_t>(moments.size());
+  const std::vector<Symmetric> s = matrices(count, [&](std::size_t i) -> const Moments& { return moments[i]; });
+  if (recipe.ndf == NdfKind::kSggx) return add_matrices("S", s, layer);
   std::vector<StoredAxes> axes(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < axes.size(); ++i) axes[i] = recipe.ndf == NdfKind::kNeyret ? neyret_axes(s[i]) : ratib_axes(s[i]);
   layer.channels.push_back(make_channel("axis_1", 3, count, [&](std::size_t i) { return V3d(axes[i].axis_1); }));
@@ -138,6 +158,7 @@ Layer surface_layer(const Surface& surface, const Visibility& seen, int level, c
   const std::vector<Moments>& moments = visible.empty() ? surface.moments : visible;
   if (recipe.want.normal) add("normal", 3, [&](std::size_t i) { return moments[i].covered > 0 ? moments[i].m / moments[i].covered : V3d(0, 0, 0); });
   if (recipe.want.ndf) add_ndf(moments, recipe, layer);
+  if (recipe.want.ndf && !surface.lobes.empty()) add_lobes(surface, layer);
   if (recipe.want.visibility) add("crossings", 3, [&](std::size_t i) { return surface.areas[i].crossings / face; });
   if (recipe.want.material && !surface.material.empty()) {
     if (kinds.ks) add("ks", 3, [&](std::size_t i) { return over_covered(i, surface.material[i].ks); });

@@ -61,6 +61,7 @@ struct Recipe {
   std::vector<Light> lights;              // empty: unlit albedo. Lights colour the slices; the volume's Cd stays albedo
   bool shadows = false;
   NdfKind ndf = NdfKind::kSggx;
+  int lobes = 1;                          // of the distribution of normals, 1 or 2 (bake/lobes.h); 2 only with kSggx and kAll
   Normals normals = Normals::kAll;
   MaterialOf material = MaterialOf::kAll;
   Sidedness two_sided = Sidedness::kAuto;

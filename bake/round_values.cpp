@@ -128,7 +128,7 @@ ValueErrors round_triples(std::vector<float>& values, Round&& round) {
   });
 }
 
-void round_matrices(std::vector<float>& diagonals, std::vector<float>& offs, double error, std::vector<GridErrors>& to) {
+void round_matrices(const std::string& name, std::vector<float>& diagonals, std::vector<float>& offs, double error, std::vector<GridErrors>& to) {
   std::vector<float> rounded = offs;
   const ValueErrors in_diagonal = in_chunks(diagonals.size(), [&](std::size_t first, std::size_t last, ValueErrors& errors) {
     for (std::size_t i = first; i < last; i += 3) {
@@ -147,16 +147,22 @@ void round_matrices(std::vector<float>& diagonals, std::vector<float>& offs, dou
     for (std::size_t i = first; i < last; ++i) errors.add(difference(Norm::kEntry, static_cast<double>(offs[i]), static_cast<double>(rounded[i])));
   });
   offs = std::move(rounded);
-  add_errors("S_diag", in_diagonal, to);
-  add_errors("S_off", off_it, to);
+  add_errors(name + "_diag", in_diagonal, to);
+  add_errors(name + "_off", off_it, to);
 }
 
 void round_layer(Layer& layer, double error, std::vector<GridErrors>& to) {
-  Channel* diagonal = nullptr;
-  Channel* off = nullptr;
+  constexpr const char* kMatrices[] = {"S", "S1", "S2"};
+  std::array<Channel*, 3> diagonals{}, offs{};
   for (Channel& c : layer.channels) {
-    if (c.name == "S_diag") { diagonal = &c; continue; }
-    if (c.name == "S_off") { off = &c; continue; }
+    bool of_matrix = false;
+    for (std::size_t m = 0; m < 3; ++m)
+      for (auto [part, channel] : {std::pair{"_diag", &diagonals[m]}, std::pair{"_off", &offs[m]}})
+        if (c.name == std::string(kMatrices[m]) + part) {
+          *channel = &c;
+          of_matrix = true;
+        }
+    if (of_matrix) continue;
     if (c.name == "area" || c.name == "solid") {
       ValueErrors errors;
       double left = 0;
@@ -181,9 +187,11 @@ void round_layer(Layer& layer, double error, std::vector<GridErrors>& to) {
                  }), to);
     }
   }
-  if (!diagonal || !off) return;
-  round_matrices(diagonal->values, off->values, error, to);
-  round_matrices(diagonal->tiles, off->tiles, error, to);
+  for (std::size_t m = 0; m < 3; ++m) {
+    if (!diagonals[m] || !offs[m]) continue;
+    round_matrices(kMatrices[m], diagonals[m]->values, offs[m]->values, error, to);
+    round_matrices(kMatrices[m], diagonals[m]->tiles, offs[m]->tiles, error, to);
+  }
 }
 
 }  // namespace

@@ -46,4 +46,14 @@ void add_group(const ShapeSums::Group& group, const Placed& placed, bool one_sid
 // The shadows of a node's vectors.
 void add_shadows(const ShapeSums& sums, const ShapeSums::Node& node, const Placed& placed, Areas& areas);
 
+// call(A n) for each of a node's vectors where an instance that keeps shapes has it; voxel faces.
+template <class Call>
+void for_each_vector(const ShapeSums& sums, const ShapeSums::Node& node, const Placed& placed, Call&& call) {
+  const std::array<double, 9>& m = placed.turn;
+  for (std::uint64_t i = node.vector; i < node.vector + node.vectors; ++i) {
+    const V3d& v = sums.vectors[i].a;
+    call(V3d(m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z, m[6] * v.x + m[7] * v.y + m[8] * v.z) * placed.scale);
+  }
+}
+
 }  // namespace texel

@@ -10,6 +10,7 @@ namespace {
 double bytes_per_voxel(const SurfaceWant& want, const VisibilityOptions& options) {
   double sums = sizeof(Areas);
   if (want.normals) sums += sizeof(Moments);
+  if (want.lobes) sums += sizeof(Lobes);
   if (want.color) sums += sizeof(V3d);
   if (want.material) sums += sizeof(MaterialSums);
   const double seen = 12 + 4 + 8 + 12 + (options.slice_axes[0] || options.slice_axes[1] || options.slice_axes[2] ? 8 : 0) + (options.visible_normals ? double{sizeof(Moments)} : 0) +

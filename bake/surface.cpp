@@ -10,6 +10,7 @@
 
 #include "bake/block_index.h"
 #include "bake/clip.h"
+#include "bake/lobes.h"
 #include "bake/prefetch.h"
 #include "bake/shape_sums.h"
 
@@ -37,6 +38,7 @@ struct DenseBlock {
   std::array<std::uint64_t, 8> mask{};
   std::vector<Areas> areas;
   std::vector<Moments> moments;
+  std::vector<Lobes> lobes;
   std::vector<V3d> color;
   std::vector<MaterialSums> material;
 };
@@ -46,6 +48,7 @@ struct Layer8 {
   std::vector<std::int32_t> slot;       // per (by, bx), into blocks; −1: none yet
   std::vector<DenseBlock> blocks;
   std::size_t used = 0;                 // of blocks
+  LobePieces pieces;                    // by slot·512 + place in the block; none where one lobe is wanted
 
   DenseBlock& block(std::size_t column, const SurfaceWant& want) {
     if (const std::int32_t s = slot[column]; s >= 0) return blocks[static_cast<std::size_t>(s)];
@@ -54,6 +57,7 @@ struct Layer8 {
       DenseBlock& b = blocks.emplace_back();
       b.areas.resize(512);
       if (want.normals) b.moments.resize(512);
+      if (want.lobes) b.lobes.resize(512);
       if (want.color) b.color.resize(512);
       if (want.material) b.material.resize(512);
     }
@@ -174,10 +178,18 @@ struct Clipper {
       word |= std::uint64_t{1} << in_word;
       block.areas[at] = {};
       if (want.normals) block.moments[at] = {};
+      if (want.lobes) block.lobes[at] = {};
       if (want.color) block.color[at] = V3d(0, 0, 0);
       if (want.material) block.material[at] = {};
     }
     return block;
+  }
+
+  // A piece of the surface in the voxel `at` of a block, for its lobes.
+  static void add_piece(Layer8& layer, DenseBlock& block, std::size_t at, const Moments& piece) {
+    if (!(piece.covered > 0)) return;
+    add_shadow(piece, block.lobes[at].shadow);
+    layer.pieces.add(static_cast<std::uint32_t>(static_cast<std::size_t>(&block - layer.blocks.data()) << 9 | at), piece);
   }
 
   void add(Layer8& layer, const Facet& facet, const V3i& cell, const Polygon& piece) const {
@@ -196,6 +208,11 @@ struct Clipper {
     }
     const double w = area * static_cast<double>(s.coverage);
     if (want.normals) block.moments[at].add(facet.facing, w);
+    if (want.lobes) {
+      Moments piece_of_it;
+      piece_of_it.add(facet.facing, w);
+      add_piece(layer, block, at, piece_of_it);
+    }
     if (want.color) block.color[at] += V3d(s.color) * w;
     if (want.material) block.material[at].add(scene.materials[facet.material], w);
   }
@@ -211,6 +228,12 @@ struct Clipper {
       Areas& sums = block.areas[at];
       const double before = sums.covered;
       add_fibre(fibre, shape, s0, s1, one_sided, sums, want.normals ? &block.moments[at] : nullptr);
+      if (want.lobes) {
+        Areas again;
+        Moments piece;
+        add_fibre(fibre, shape, s0, s1, one_sided, again, &piece);
+        add_piece(layer, block, at, piece);
+      }
       const double w = sums.covered - before, middle = (s0 + s1) / 2;
       if (want.color) {
         V3f color = material.kd;
@@ -227,6 +250,14 @@ struct Clipper {
     std::size_t at = 0;
     DenseBlock& block = meet(layer, cell, at);
     add_shadows(sums, node, placed, block.areas[at]);
+    if (want.lobes) for_each_vector(sums, node, placed, [&](const V3d& vector) {
+      // Flat, with the vector's length as its area.
+      if (const double area = vector.length(); area > 0) {
+        Moments piece;
+        piece.add(vector / area, area, false);
+        add_piece(layer, block, at, piece);
+      }
+    });
     for (std::uint32_t g = node.group; g < node.group + node.groups; ++g) {
       const ShapeSums::Group& group = sums.groups[g];
       double w = 0;
@@ -326,6 +357,15 @@ std::vector<T> packed(const Layer8& layer, std::span<const std::int32_t> order, 
   return out;
 }
 
+// Once all pieces of a layer are there.
+void choose_lobes(Layer8& layer) {
+  layer.pieces.for_each([&](std::uint32_t voxel, std::span<const Moments> pieces) {
+    DenseBlock& block = layer.blocks[voxel >> 9];
+    const std::size_t at = voxel & 511;
+    block.lobes[at].second = second_group(block.moments[at], pieces, block.lobes[at].shadow);
+  });
+}
+
 Surface pack_layer(const Layer8& layer, const V3i& blocks, int bz, const SurfaceWant& want) {
   Surface part;
   std::vector<std::int32_t> order;
@@ -339,6 +379,7 @@ Surface pack_layer(const Layer8& layer, const V3i& blocks, int bz, const Surface
   const auto count = static_cast<std::size_t>(part.set.count);
   part.areas = packed(layer, order, count, &DenseBlock::areas);
   if (want.normals) part.moments = packed(layer, order, count, &DenseBlock::moments);
+  if (want.lobes) part.lobes = packed(layer, order, count, &DenseBlock::lobes);
   if (want.color) part.color = packed(layer, order, count, &DenseBlock::color);
   if (want.material) part.material = packed(layer, order, count, &DenseBlock::material);
   return part;
@@ -370,6 +411,7 @@ Surface join(std::vector<Surface>& parts) {
   };
   gather(&Surface::areas);
   gather(&Surface::moments);
+  gather(&Surface::lobes);
   gather(&Surface::color);
   gather(&Surface::material);
   return surface;
@@ -411,6 +453,7 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
     Layer8& layer = layers.local();
     layer.slot.assign(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y), -1);
     layer.used = 0;
+    layer.pieces.clear();
     const int z0 = bz * 8, z1 = std::min(plan.grid.n.z, z0 + 8);
     const auto touch = [&](std::uint32_t t) {
       for (const std::uint32_t v : scene.mesh.triangles[t]) prefetch_lines(&plan.points[v]);
@@ -420,6 +463,7 @@ Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& tex
     for (std::size_t f = fibre_first.empty() ? 0 : fibre_first[static_cast<std::size_t>(bz)]; !fibre_first.empty() && f < fibre_first[static_cast<std::size_t>(bz) + 1]; ++f)
       clipper.clip_fibre(layer, plan.fibres[fibre_bins[f]], z0, z1);
     for (const std::uint32_t i : placed.of(bz)) clipper.clip_placed(layer, plan.placed[i], sums[plan.placed[i].shape], z0, z1);
+    if (want.lobes) choose_lobes(layer);
     parts[static_cast<std::size_t>(bz - from)] = pack_layer(layer, blocks, bz, want);
     if (report.progress) report.progress("surface", static_cast<double>(++done) / (to - from));
   });
@@ -477,6 +521,7 @@ Surface coarser(const Surface& fine) {
       if (!fine.material.empty()) result.material[to] += fine.material[static_cast<std::size_t>(index)];
     });
   }
+  coarser_lobes(fine, result);
   return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Stage 2: Scene, Plan -> border voxels with exact moments of the surface in each
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -74,6 +75,16 @@ struct Moments {
   }
 };
 
+// Projected areas Σ A|n·ω| along fixed axes (bake/lobes.h).
+inline constexpr int kShadowAxes = 25;
+using Shadow = std::array<float, kShadowAxes>;
+
+// What a voxel's two lobes are made of.
+struct Lobes {
+  Moments second;           // of the second group of normals, no more than half of the covered area; covered = 0: one lobe is as good. The first has the rest of Surface::moments
+  Shadow shadow{};          // of all
+};
+
 // Lobes narrower than the sun's disc look alike: none counts for more than this, so that a speck of mirror does not polish a voxel.
 inline constexpr double kLeastAlpha = 0.01;
 
@@ -108,6 +119,7 @@ struct Surface {
   VoxelSet set;                         // voxels with surface in them
   std::vector<Areas> areas;             // per voxel of the set
   std::vector<Moments> moments;         // likewise; empty where no normals are wanted
+  std::vector<Lobes> lobes;             // likewise; empty where one lobe is wanted
   std::vector<V3d> color;               // likewise: Σ A·albedo, linear; empty where no colour is wanted or there is only one
   std::optional<V3f> one_color;         // of all the surface there is
   std::vector<MaterialSums> material;   // likewise; empty where no material says more than a colour
@@ -118,12 +130,13 @@ struct Surface {
 
 struct SurfaceWant {
   bool color = true, normals = true, material = true;
+  bool lobes = false;                   // a second one, which needs normals
   int finest_cut = 4;                   // coverage and colour of cut-outs are looked up at as many as its square places of each fan triangle of a piece
 };
 
 // Exact to rounding: Σ area over voxels is the area of the mesh within the box. A voxel's sums run in triangle order.
 // Of the slab alone; a voxel's sums do not depend on it.
-// Memory: 96–280 bytes a border voxel, twice that for a moment. Threads: one block layer (8 voxels along z) a task.
+// Memory: 96–280 bytes a border voxel, with lobes 180 more, twice that for a moment; with lobes also 84 bytes a piece of the layers at work, a million pieces or 128 a voxel at most. Threads: one block layer (8 voxels along z) a task.
 [[nodiscard]] Surface clip_surface(const Scene& scene, const Plan& plan, const TextureSet& textures, const SurfaceWant& want, Report& report, const Slab& slab = {});
 
 // Surfaces of slabs, lowest first, as one. Each part's memory goes back as soon as it is copied.

@@ -5,12 +5,12 @@
 namespace texel {
 
 Norm norm_of(const std::string& grid) {
-  for (const char* name : {"alpha", "solid", "coverage", "roughness", "transparency"})
+  for (const char* name : {"alpha", "solid", "coverage", "share_1", "roughness", "transparency"})
     if (grid == name) return Norm::kShare;
   for (const char* name : {"Cd", "kd", "ks", "emission"})
     if (grid == name) return Norm::kColor;
   if (grid == "density") return Norm::kRelative;
-  if (grid == "normal" || grid.starts_with("S_")) return Norm::kEntry;
+  if (grid == "normal" || grid.starts_with("S_") || grid.starts_with("S1_") || grid.starts_with("S2_")) return Norm::kEntry;
   return Norm::kAmount;
 }
 

@@ -11,11 +11,11 @@
 namespace texel {
 
 enum class Norm {
-  kShare,     // alpha, solid, coverage, roughness, transparency: the difference
+  kShare,     // alpha, solid, coverage, share_1, roughness, transparency: the difference
   kRelative,  // density: the difference in parts of the value, so that a long way through little is off by no more than a short one through much
   kColor,     // Cd, kd, ks, emission: the difference of the square roots, which is near that of sRGB values
   kAmount,    // area, crossings, axes: the difference, in parts of the value where that is above 1
-  kEntry,     // normal, S: the difference of each component
+  kEntry,     // normal, S, S1, S2: the difference of each component
 };
 [[nodiscard]] Norm norm_of(const std::string& grid);
 [[nodiscard]] const char* text_of(Norm norm);

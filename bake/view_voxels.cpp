@@ -31,6 +31,10 @@ std::size_t count_blocks(const Grid& grid) {
 
 double unit_share(float v) { return v > 0 ? std::min(static_cast<double>(v), 1.0) : 0.0; }  // NaN becomes 0
 
+Form form_of(const float* diagonal, const float* off) {
+  return {static_cast<double>(diagonal[0]), static_cast<double>(diagonal[1]), static_cast<double>(diagonal[2]), static_cast<double>(off[0]), static_cast<double>(off[1]), static_cast<double>(off[2])};
+}
+
 }  // namespace
 
 VoxelField::VoxelField(const Level& level, const std::string& name, int components) {
@@ -87,7 +91,8 @@ bool VoxelField::has_block(const V3i& block) const { return inside(block, blocks
 LitLevel::LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow)
     : level_(level), eye_(eye), shadow_(shadow ? shadow : this), alpha_(level, "alpha", 3), crossings_(level, "crossings", 3), density_(level, "density", 1), solid_(level, "solid", 1),
       diagonal_(level, "S_diag", 3), off_(level, "S_off", 3), normal_(level, "normal", 3), albedo_(level, "Cd", 3), ks_(level, "ks", 3),
-      roughness_(level, "roughness", 1), transparency_(level, "transparency", 1), emission_(level, "emission", 3) {
+      roughness_(level, "roughness", 1), transparency_(level, "transparency", 1), emission_(level, "emission", 3),
+      lobe_diagonal_{VoxelField(level, "S1_diag", 3), VoxelField(level, "S2_diag", 3)}, lobe_off_{VoxelField(level, "S1_off", 3), VoxelField(level, "S2_off", 3)}, share_(level, "share_1", 1) {
   matter_ = alpha_.present() ? &alpha_ : &density_;
   if (!matter_->present()) throw Error(Code::kBadInput, "", "the pack has neither the grid alpha nor density", "bake it with --want density or visibility");
   blocks_ = blocks_of(level.grid.n);
@@ -188,10 +193,16 @@ Facets LitLevel::facets(const V3i& voxel) const {
   const float* diagonal = diagonal_.at(voxel);
   const float* off = off_.at(voxel);
   if (diagonal && off)
-    facets.s = {static_cast<double>(diagonal[0]), static_cast<double>(diagonal[1]), static_cast<double>(diagonal[2]), static_cast<double>(off[0]), static_cast<double>(off[1]), static_cast<double>(off[2])};
+    facets.s = form_of(diagonal, off);
   else if (m.length() > 0.5)
     facets.s = {m.x * m.x, m.y * m.y, m.z * m.z, m.x * m.y, m.x * m.z, m.y * m.z};
   facets.closed = solid_.value(voxel, 0) > 0;
+  const double share = static_cast<double>(share_.value(voxel, 1));
+  const float *d1 = lobe_diagonal_[0].at(voxel), *o1 = lobe_off_[0].at(voxel), *d2 = lobe_diagonal_[1].at(voxel), *o2 = lobe_off_[1].at(voxel);
+  if (share > 0 && share < 1 && d1 && o1 && d2 && o2) {
+    facets.lobes = {form_of(d1, o1), form_of(d2, o2)};
+    facets.share_2 = 1 - share;
+  }
   return facets;
 }
 

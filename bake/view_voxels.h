@@ -88,6 +88,8 @@ class LitLevel {
   const Eye& eye_;
   const LitLevel* shadow_;
   VoxelField alpha_, crossings_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
+  std::array<VoxelField, 2> lobe_diagonal_, lobe_off_;
+  VoxelField share_;
   const VoxelField* matter_ = nullptr;
   V3i blocks_{0, 0, 0};
   struct Place {

@@ -167,6 +167,13 @@ std::vector<OptionRow> option_rows() {
               .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.ndf; },
              std::vector<std::pair<const char*, NdfKind>>{{"sggx", NdfKind::kSggx}, {"neyret", NdfKind::kNeyret}, {"ratib", NdfKind::kRatib}}),
+      [] {
+        OptionRow row = integer({.name = "lobes", .metavar = "N", .group = kVolume, .commands = kBakes,
+                                 .help = "distributions of normals a voxel; 2: also two lobes of SGGX with their shares, where they are nearer to its surface than one: crossing leaves, rods, edges", .in_recipe = true},
+                                [](auto& s) -> auto& { return s.recipe.lobes; }, 1, 2);
+        row.unsaid = true;
+        return row;
+      }(),
       choice({.name = "normals", .metavar = "WHICH", .group = kVolume, .commands = kBakes,
               .help = "whose normals count: of all surface, or of what is seen from outside the voxel", .in_recipe = true},
              [](auto& s) -> auto& { return s.recipe.normals; },

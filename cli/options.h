@@ -75,6 +75,7 @@ struct OptionRow {
   bool repeatable = false;
   bool list = false;                   // always an array in JSON
   bool literal = false;                // always one string in JSON, whatever is in it
+  bool unsaid = false;                 // at its default it is left out of a pack's recipe, so that packs without it stay what they were before there was the option
   const char* shown_default = nullptr; // where get() of the default would not read well
   std::string accepts{};               // range or list of values, as shown in help and errors
   // Takes one value as text; false: not acceptable. For a switch "true" or "false".

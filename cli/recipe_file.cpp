@@ -183,6 +183,7 @@ std::string recipe_json(const Settings& settings) {
   for (const OptionRow& row : option_table()) {
     if (!row.in_recipe) continue;
     const std::string value = row.get(settings);
+    if (row.unsaid && value == row.get(Settings{})) continue;
     if (row.is_switch()) recipe[row.key()] = value == "true";
     else if (row.literal) recipe[row.key()] = value.empty() ? Json(nullptr) : Json(value);
     else if (row.repeatable) recipe[row.key()] = list(value, ' ');

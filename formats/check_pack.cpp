@@ -100,6 +100,7 @@ constexpr Range kRanges[] = {
     {"density", 0, kAny}, {"Cd", 0, kAny},    {"alpha", 0, 1}, {"solid", 0, 1},     {"area", 0, kAny},       {"coverage", 0, 1},
     {"crossings", 0, kAny}, {"kd", 0, kAny},  {"ks", 0, kAny}, {"roughness", 0, 1}, {"transparency", 0, 1},  {"emission", 0, kAny},
     {"normal", -1, 1},    {"S_diag", 0, 1},   {"S_off", -1, 1}, {"axis_1", -100, 100},  {"axis_2", -100, 100},
+    {"S1_diag", 0, 1},    {"S1_off", -1, 1},  {"S2_diag", 0, 1}, {"S2_off", -1, 1}, {"share_1", 0.5, 1},
 };
 
 void check_ranges(const Field& f, const Allowed& allowed, const std::string& file, Findings& findings) {
@@ -107,7 +108,7 @@ void check_ranges(const Field& f, const Allowed& allowed, const std::string& fil
   const auto* range = std::find_if(std::begin(kRanges), std::end(kRanges), [&](const Range& r) { return c.name == r.name; });
   const bool known = range != std::end(kRanges);
   // A diagonal of S is raised to stay positive.
-  const double slack = step_of(c) + (c.name == "S_diag" ? allowed.quantize : 0);
+  const double slack = step_of(c) + (c.name.ends_with("_diag") ? allowed.quantize : 0);
   Tally nonfinite(findings, "pack-value-nonfinite", file, "grid " + c.name + " is not finite");
   Tally outside(findings, "pack-value-range", file, "grid " + c.name + " is out of its range");
   f.each([&](const V3i& v, const float* value, int) {
@@ -143,10 +144,12 @@ std::array<double, 3> eigenvalues(const V3d& d, const V3d& o) {
   return {first, 3 * q - first - last, last};
 }
 
-void check_sggx(const Level& level, const Allowed& allowed, const std::string& file, Findings& findings) {
-  const auto diag = field(level, "S_diag", 3), off = field(level, "S_off", 3), coverage = field(level, "coverage", 1);
+// `name`: S, or S1 or S2 of two lobes. The second is 0 where the first has all.
+void check_sggx(const Level& level, const std::string& name, const Allowed& allowed, const std::string& file, Findings& findings) {
+  const auto diag = field(level, name + "_diag", 3), off = field(level, name + "_off", 3), coverage = field(level, "coverage", 1);
+  const auto share = name == "S2" ? field(level, "share_1", 1) : std::nullopt;
   if (!diag || !off) return;
-  Tally bad(findings, "pack-sggx-range", file, "S has an eigenvalue outside [0, 1] or none that is 1");
+  Tally bad(findings, "pack-sggx-range", file, name + " has an eigenvalue outside [0, 1] or none that is 1");
   // Rounding moves S by at most a half step of each entry; the entries' squares sum to at most 3 (eigenvalues up to 1).
   const double slack = std::numbers::sqrt3 * std::max(step_of(*diag->channel), step_of(*off->channel)) + 1e-6;
   const double largest = slack + 1.5 * allowed.quantize;
@@ -154,6 +157,10 @@ void check_sggx(const Level& level, const Allowed& allowed, const std::string& f
     const float* o = off->at(v);
     // Surface that is all cut away has no normals.
     if (const float* c = coverage ? coverage->at(v) : nullptr; c && c[0] <= 0 && d[0] == 0 && d[1] == 0 && d[2] == 0) return;
+    if (const float* s = share ? share->at(v) : nullptr; s && s[0] == 1) {
+      if (d[0] != 0 || d[1] != 0 || d[2] != 0) bad.add(v, std::max({d[0], d[1], d[2]}));
+      return;
+    }
     const auto e = eigenvalues(V3d(d[0], d[1], d[2]), o ? V3d(o[0], o[1], o[2]) : V3d(0));
     if (std::abs(e[0] - 1) > largest) bad.add(v, e[0]);
     else if (e[2] < -slack) bad.add(v, e[2]);
@@ -231,7 +238,7 @@ void check_levels(const std::vector<Level>& levels, const Allowed& allowed, Find
     for (const Layer& layer : levels[l].layers)
       for (const Channel& c : layer.channels) check_ranges({&layer, &c}, allowed, file, findings);
     check_normals(levels[l], file, findings);
-    check_sggx(levels[l], allowed, file, findings);
+    for (const char* name : {"S", "S1", "S2"}) check_sggx(levels[l], name, allowed, file, findings);
     check_alpha(levels[l], static_cast<int>(l), allowed, file, findings);
     if (l == 0) continue;
     check_area(levels[0], levels[l], allowed, file, findings);

@@ -191,8 +191,8 @@ inline std::int64_t check_invariants(const Pack& pack) {
       for (const Channel& c : layer.channels) {
         EXPECT_EQ(c.values.size(), static_cast<std::size_t>(layer.set.count * c.components)) << c.name;
         EXPECT_EQ(c.tiles.size(), layer.tiles.size() * static_cast<std::size_t>(c.components)) << c.name;
-        const bool share = c.name == "alpha" || c.name == "solid" || c.name == "coverage";
-        const bool is_signed = c.name == "normal" || c.name == "S_off" || c.name.starts_with("axis_");
+        const bool share = c.name == "alpha" || c.name == "solid" || c.name == "coverage" || c.name == "share_1";
+        const bool is_signed = c.name == "normal" || c.name.ends_with("_off") || c.name.starts_with("axis_");
         std::int64_t bad = 0;
         for (const auto* list : {&c.values, &c.tiles})
           for (const float v : *list) bad += !std::isfinite(v) || (!is_signed && v < 0) || (share && v > 1) || (c.name == "normal" && std::abs(v) > 1.000001f);

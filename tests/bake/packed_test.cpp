@@ -194,6 +194,8 @@ std::vector<Case> cases() {
   all.push_back({"cyclic", mixed_scene(), volume_recipe(32)});
   all.back().recipe.box = Box3d(V3d(-0.9, -0.9, -0.9), V3d(0.9, 0.9, 0.9));
   all.back().recipe.cyclic = {true, true, false};
+  all.push_back({"two lobes", mixed_scene(), volume_recipe(40)});
+  all.back().recipe.lobes = 2;
   all.push_back({"fog", fog_scene("fog"), volume_recipe(32)});
   all.push_back({"fire", fog_scene("fire"), volume_recipe(32)});
   all.push_back({"one colour", empty_scene(), volume_recipe(50)});
@@ -347,6 +349,7 @@ TEST(Packed, CheckFindsMoreThanIsAllowed) {
   Recipe recipe = volume_recipe(32);
   recipe.prune = 0.01;
   recipe.quantize = 0.004;
+  recipe.lobes = 2;
   Pack pack = bake_quietly(mixed_scene(), recipe);
   pack.recipe_json = R"({"prune": 0.01, "quantize": 0.004})";
   const auto ids = [&](const std::string& grid, float factor) {
@@ -364,6 +367,9 @@ TEST(Packed, CheckFindsMoreThanIsAllowed) {
   EXPECT_EQ(ids("area", 1), "");
   EXPECT_EQ(ids("area", 0.97f), "pack-levels-area ");
   EXPECT_EQ(ids("S_diag", 0.98f).substr(0, 15), "pack-sggx-range");
+  EXPECT_EQ(ids("S1_diag", 0.98f).substr(0, 15), "pack-sggx-range");
+  EXPECT_EQ(ids("S2_diag", 0.98f), "pack-sggx-range ");
+  EXPECT_EQ(ids("share_1", 0.7f).substr(0, 32), "pack-value-range pack-sggx-range");  // below a half; 0.7 where the second lobe is 0
   EXPECT_EQ(ids("crossings", 0.9f), "pack-alpha-crossings ");
 }
 

@@ -106,6 +106,13 @@ TEST(Slabs, ChangeNothingOfVisibleNormals) {
   expect_slabs_change_nothing(balls_and_sheet(), recipe);
 }
 
+TEST(Slabs, ChangeNothingOfLobes) {
+  Recipe recipe = whole_recipe(150);
+  recipe.lobes = 2;
+  recipe.want.slices = false;
+  expect_slabs_change_nothing(balls_and_sheet(), recipe);
+}
+
 TEST(Slabs, ChangeNothingOfVisibleMaterial) {
   for (const LevelMode mode : {LevelMode::kRecompute, LevelMode::kFilter}) {
     Recipe recipe = whole_recipe(150);

@@ -38,6 +38,7 @@ struct Voxel {
   double area = 0;                     // / h²
   VoxelNdf ndf;
   AxisOpacity axes;
+  VoxelLobes lobes;
 };
 
 double share(const V3d& w) { return std::abs(w.x) + std::abs(w.y) + std::abs(w.z); }  // the cube's shadow / h²; 1 / its mean chord
@@ -68,6 +69,26 @@ double strewn_share(double alpha, double n) {
   return independent - linear > 1e-6 ? std::clamp((1 - alpha - linear) / (independent - linear), 0.0, 4.0) : 1;
 }
 
+// Values along the axes joined by two lobes: σ of both, each stretched by what makes their sum along the axes `axes`.
+double lobes_shadow(const V3f& axes, const VoxelLobes& lobes, const V3d& w) {
+  std::array<double, 2> part{};
+  V3d along(0, 0, 0);
+  for (std::size_t g = 0; g < 2; ++g) {
+    if (!(lobes.share[g] > 0)) continue;
+    const Symmetric& s = lobes.ndf[g].s;
+    part[g] = lobes.share[g] / (2 * mean_shadow(s));
+    along += V3d(std::sqrt(std::max(s.xx, 0.0)), std::sqrt(std::max(s.yy, 0.0)), std::sqrt(std::max(s.zz, 0.0))) * part[g];
+  }
+  V3d p(0, 0, 0);
+  for (int k = 0; k < 3; ++k) p[k] = along[k] > 1e-6 ? w[k] * static_cast<double>(axes[k]) / along[k] : 0;
+  double sum = 0;
+  for (std::size_t g = 0; g < 2; ++g) {
+    const Symmetric& s = lobes.ndf[g].s;
+    if (part[g] > 0) sum += part[g] * std::sqrt(std::max(0.0, s.xx * p.x * p.x + s.yy * p.y * p.y + s.zz * p.z * p.z + 2 * (s.xy * p.x * p.y + s.xz * p.x * p.z + s.yz * p.y * p.z)));
+  }
+  return sum;
+}
+
 struct Rule {
   const char* name;
   double (*opacity)(const Voxel&, const V3d& w);
@@ -96,6 +117,12 @@ const std::array kRules = {
       for (int k = 0; k < 3; ++k) axes.met[k] = axes.depth[k] = static_cast<float>(std::min(v.tau[k], 1.0));
       return opacity_along(axes, w); }},
     Rule{"opacity_along", [](const Voxel& v, const V3d& w) { return opacity_along(v.axes, w); }},
+    Rule{"the same by two lobes", [](const Voxel& v, const V3d& w) {
+      const double faces = share(w), apart = lobes_shadow(v.axes.alpha, v.lobes, w) / faces;
+      const V3d square = w * w;
+      const double met = square.dot(V3d(v.axes.met)), depth = square.dot(V3d(v.axes.depth));
+      const double strewn = met > 0 ? -std::expm1(-lobes_shadow(v.axes.met, v.lobes, w) / faces * (depth / met)) : 0;
+      return std::min(std::max(apart, strewn), 1.0); }},
 };
 
 struct Sums { double error = 0, square = 0; };
@@ -165,6 +192,7 @@ void measure(const std::string& path, bool columns) {
   recipe.want = {.slices = false, .density = true, .color = false, .ndf = true, .visibility = true, .material = false, .normal = true, .levels = true, .preview = false};
   recipe.samples = 16;
   recipe.fill = Fill::kOff;
+  recipe.lobes = 2;
   const Scene scene = read_scene(path, report);
   const Pack pack = bake(scene, recipe, report);
   const RayScene rays(scene);
@@ -190,7 +218,8 @@ void measure(const std::string& path, bool columns) {
       const auto stored = ndf.at(at);
       const float *a = alpha.at(at), *n = crossings.at(at);
       if (!stored || !a || !n) return;
-      Voxel v{.alpha = V3d(a[0], a[1], a[2]), .tau = {}, .crossings = V3d(n[0], n[1], n[2]), .area = static_cast<double>(area.value(at, 0)), .ndf = *stored, .axes = axis_opacity(a, n, diagonal.at(at), off.at(at), false)};
+      const auto lobes = ndf.lobes(at);
+      Voxel v{.alpha = V3d(a[0], a[1], a[2]), .tau = {}, .crossings = V3d(n[0], n[1], n[2]), .area = static_cast<double>(area.value(at, 0)), .ndf = *stored, .axes = axis_opacity(a, n, diagonal.at(at), off.at(at), false), .lobes = *lobes};
       for (int k = 0; k < 3; ++k) v.tau[k] = std::min(-std::log1p(-std::min(v.alpha[k], 1.0)), kMostDepth);
       for (int d = 0; d < kDirections; ++d) {
         // All eight octants, so that a voxel is looked at from everywhere.

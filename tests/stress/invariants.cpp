@@ -78,8 +78,8 @@ void look_through(const Level& level, Faults& faults) {
         faults.add(c.name, ": ", c.values.size(), " values for ", size);
         continue;
       }
-      const bool share = c.name == "alpha" || c.name == "solid" || c.name == "coverage" || c.name == "transparency" || c.name == "roughness";
-      const bool is_signed = c.name == "normal" || c.name == "S_off" || c.name.starts_with("axis_");
+      const bool share = c.name == "alpha" || c.name == "solid" || c.name == "coverage" || c.name == "transparency" || c.name == "roughness" || c.name == "share_1";
+      const bool is_signed = c.name == "normal" || c.name.ends_with("_off") || c.name.starts_with("axis_");
       for (const auto* list : {&c.values, &c.tiles})
         for (std::size_t i = 0; i < list->size(); ++i) {
           const float v = (*list)[i];
@@ -88,6 +88,32 @@ void look_through(const Level& level, Faults& faults) {
         }
     }
   }
+}
+
+// Two lobes: the shares' mean of their second moments of normals is that of S, from which S comes (t ∝ s^(1/1.3), ndf.h).
+void check_lobes(const Level& level, int l, Faults& faults) {
+  const Field share(level, "share_1", faults);
+  if (!share.there()) return;
+  const Field d0(level, "S_diag", faults), o0(level, "S_off", faults), d1(level, "S1_diag", faults), o1(level, "S1_off", faults), d2(level, "S2_diag", faults), o2(level, "S2_off", faults);
+  const auto add_moment = [](const Field& d, const Field& o, const V3i& v, double weight, Symmetric& to) {
+    const Eigen3 e = eigen({d.at(v, 0), d.at(v, 1), d.at(v, 2), o.at(v, 0), o.at(v, 1), o.at(v, 2)});
+    double t[3], sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += t[i] = std::pow(std::max(0.0, e.value[i]), 1 / 1.3);
+    for (std::size_t i = 0; i < 3 && sum > 0; ++i) add_outer(to, e.vector[i], weight * t[i] / sum);
+  };
+  test::for_each_cell(level.grid.n, [&](const V3i& v) {
+    if (!share.active(v)) return;
+    const double p = share.at(v);
+    if (!(p >= 0.5)) faults.add("level ", l, " share_1 ", Printed{v}, " ", p, ": the first lobe is the smaller");
+    if (p == 1 && d2.at(v, 0) + d2.at(v, 1) + d2.at(v, 2) != 0) faults.add("level ", l, " S2 ", Printed{v}, " though the first lobe has all");
+    Symmetric whole, lobes;
+    add_moment(d0, o0, v, 1, whole);
+    add_moment(d1, o1, v, p, lobes);
+    if (p < 1) add_moment(d2, o2, v, 1 - p, lobes);
+    // A float's rounding of an s that is 0 becomes (2⁻²⁴)^(1/1.3) = 3e-6 of t; some entries of those.
+    for (const auto member : {&Symmetric::xx, &Symmetric::yy, &Symmetric::zz, &Symmetric::xy, &Symmetric::xz, &Symmetric::yz})
+      if (!(std::abs(whole.*member - lobes.*member) <= 2e-5)) faults.add("level ", l, " lobes ", Printed{v}, " add up to ", lobes.*member, ", not ", whole.*member);
+  });
 }
 
 void check_surface(const Level& level, int l, const V3i& finest, const Recipe& recipe, Faults& faults) {
@@ -273,6 +299,7 @@ std::vector<std::string> faults_of(const Case& made, const Pack& pack, Tally& ta
     look_through(pack.levels[l], faults);
     if (faults.list.size() > before) return faults.list;  // not to be computed with
     check_surface(pack.levels[l], static_cast<int>(l), pack.grid.n, made.recipe, faults);
+    check_lobes(pack.levels[l], static_cast<int>(l), faults);
     if (l > 0) check_parents(made, pack.levels[l - 1], pack.levels[l], static_cast<int>(l), faults);
     for (const Layer& layer : pack.levels[l].layers) tally.voxels += layer.set.count;
   }
