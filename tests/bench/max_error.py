@@ -83,7 +83,10 @@ class Model:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             sys.exit(f"{' '.join(command)}: exit status {done.returncode}\n{done.stderr}")
-        figures = [(m["level"], m["value"]) for m in json.loads(done.stdout)["measures"] if m["name"] == "alpha_rms"]
+        measures = json.loads(done.stdout)["measures"]
+        # Packs are compared without the voxels that are opaque in both; the error asked for is over all border voxels, which is where crossings are known.
+        border = {m["level"]: m["of"] for m in measures if m["name"] == "crossings_rms"}
+        figures = [(m["level"], m["value"] * (1 if self.cut_outs else (m["of"] / border[m["level"]]) ** 0.5)) for m in measures if m["name"] == "alpha_rms"]
         return max(v for level, v in figures if level == 0), max(v for _, v in figures)
 
     def fixed_errors(self, samples):
