@@ -252,6 +252,7 @@ DensityBake bake_scene_density(const Scene& scene, Plan& plan, Recipe recipe, in
     reached = {.square = choice.square, .variance = choice.variance, .met = choice.met};
   }
   report.count("samples", recipe.samples);
+  const StageTimer timer(report, "density");
   DensityBake baked = bake_density(scene, plan.grid, recipe, options, report);
   reached.voxels = static_cast<double>(baked.surfaces[0].set.count);
   if (recipe.max_error > 0 && options.opacity) reached.rays.fill(reached.voxels * recipe.samples * recipe.samples);
@@ -458,12 +459,9 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   widths.fill(kOpenThickness * plan.grid.h);
   if (density) {
     DensityBake baked;
-    {
-      const StageTimer timer(report, "density");
-      Reached reached;
-      baked = bake_scene_density(scene, plan, recipe, level_total, reached, report);
-      if (reached.rays[0] > 0) tell_reached(reached, recipe, true, pack, report);
-    }
+    Reached reached;
+    baked = bake_scene_density(scene, plan, recipe, level_total, reached, report);
+    if (reached.rays[0] > 0) tell_reached(reached, recipe, true, pack, report);
     totals.add(baked.surfaces[0], baked.seen.levels[0]);
     sums.volume = baked.filled;
     sums.inside_count = baked.seen.levels[0].inside_count;

@@ -13,12 +13,13 @@ namespace texel {
 namespace {
 
 constexpr int kBrick = 8;
-constexpr int kLadder[] = {1, 2, 3, 4, 6, 8, 12, kMostDensitySamples};
+constexpr int kLadder[] = {1, 2, 3, 4, 5, 6, 8, 10, 12, kMostDensitySamples};
 constexpr int kDraws = 96;           // voxels at a time
-constexpr int kJudgements = 2;       // of one number, by new voxels each, before the next is tried
+constexpr int kJudgements = 4;       // of one number, by more voxels each time, before the next is tried, which costs as much more
 constexpr double kAim = 0.85;        // of the error asked for: what is chosen by some voxels is seldom as good on others
 constexpr double kConfidence = 1.645;  // one-sided, 95 %
-constexpr double kUnseen = 0.05;     // of the density: what may lie between the points of the look around
+constexpr double kUnseen = 0.5;      // share of the draws that goes by how the density varies, rather than by what the looks around differ in
+constexpr double kFlat = 0.05;       // of the density: what may lie between the points of these
 constexpr int kFewBlocks = 64;       // with fewer, smaller blocks are shared out
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64
@@ -33,7 +34,7 @@ double held(double d) { return std::isnan(d) ? 0 : std::clamp(d, 0.0, 1.0); }
 
 struct Candidate {
   V3i voxel;
-  double weight;                     // it is drawn in proportion to
+  double apart, varies;              // squared difference of the opacities by 1 and by 2 points an edge, of all axes; difference of the density to the next voxels'
 };
 
 // Buffers of one task.
@@ -52,27 +53,50 @@ struct Points {
   void clear() { x.clear(), y.clear(), z.clear(); }
 };
 
+// The density of a brick at samples³ points a voxel, and one beyond on each side.
+struct Block {
+  int samples, side;
+  Points points;
+  Block(const Field& density, const Grid& grid, const V3i& first, int s) : samples(s), side(kBrick * s + 2), points() {
+    for (int z = -1; z < side - 1; ++z)
+      for (int y = -1; y < side - 1; ++y)
+        for (int x = -1; x < side - 1; ++x) points.add(grid.to_world(V3d(first) + (V3d(x, y, z) + V3d(0.5)) / s));
+    points.ask(density);
+  }
+  [[nodiscard]] const double* at(int x, int y, int z) const { return points.d.data() + ((static_cast<std::ptrdiff_t>(z) + 1) * side + y + 1) * side + x + 1; }
+  [[nodiscard]] std::array<double, 3> opacity(const V3i& voxel, double depth) const {
+    std::array<double, 3> alpha{};
+    const std::array<std::ptrdiff_t, 3> stride{1, side, std::ptrdiff_t{side} * side};
+    const double* first = at(voxel.x * samples, voxel.y * samples, voxel.z * samples);
+    for (std::size_t a = 0; a < 3; ++a) {
+      double pass = 0;
+      for (int v = 0; v < samples; ++v)
+        for (int u = 0; u < samples; ++u)
+          pass += std::exp(-depth / samples * ray_depth(first + u * stride[(a + 1) % 3] + v * stride[(a + 2) % 3], static_cast<std::size_t>(stride[a]), samples));
+      alpha[a] = 1 - pass / (samples * samples);
+    }
+    return alpha;
+  }
+};
+
 // Of one brick: voxels in which, or next to which, the density is not known to be 0 or 1 throughout.
-void look_around(const Field& density, const Grid& grid, const V3i& brick, std::vector<Candidate>& out) {
+void look_around(const Field& density, const Grid& grid, double scale, const V3i& brick, std::vector<Candidate>& out) {
   const V3i first = brick * kBrick;
   V3i n;
   for (int a = 0; a < 3; ++a) n[a] = std::min(kBrick, grid.n[a] - first[a]);
   const Interval range = density.range({grid.to_world(V3d(first) - V3d(1)), grid.to_world(V3d(first + n) + V3d(1))});
   if (range.high <= 0 || range.low >= 1) return;
-  constexpr int kSide = kBrick + 2;
-  Points points;
-  for (int z = -1; z <= kBrick; ++z)
-    for (int y = -1; y <= kBrick; ++y)
-      for (int x = -1; x <= kBrick; ++x) points.add(grid.to_world(V3d(first + V3i(x, y, z)) + V3d(0.5)));
-  points.ask(density);
-  const auto at = [&](int x, int y, int z) { return points.d[static_cast<std::size_t>(((z + 1) * kSide + y + 1) * kSide + x + 1)]; };
+  const Block once(density, grid, first, 1), twice(density, grid, first, 2);
   for (int z = 0; z < n.z; ++z)
     for (int y = 0; y < n.y; ++y)
       for (int x = 0; x < n.x; ++x) {
-        const double here = at(x, y, z);
-        double apart = 0;
-        for (const double d : {at(x - 1, y, z), at(x + 1, y, z), at(x, y - 1, z), at(x, y + 1, z), at(x, y, z - 1), at(x, y, z + 1)}) apart = std::max(apart, std::abs(d - here));
-        out.push_back({first + V3i(x, y, z), apart + kUnseen});
+        const double here = *once.at(x, y, z);
+        Candidate c{first + V3i(x, y, z), 0, kFlat};
+        for (const double d : {*once.at(x - 1, y, z), *once.at(x + 1, y, z), *once.at(x, y - 1, z), *once.at(x, y + 1, z), *once.at(x, y, z - 1), *once.at(x, y, z + 1)})
+          c.varies = std::max(c.varies, std::abs(d - here) + kFlat);
+        const auto rough = once.opacity(V3i(x, y, z), scale * grid.h), fine = twice.opacity(V3i(x, y, z), scale * grid.h);
+        for (std::size_t a = 0; a < 3; ++a) c.apart += (rough[a] - fine[a]) * (rough[a] - fine[a]);
+        out.push_back(c);
       }
 }
 
@@ -142,9 +166,9 @@ struct Judged {
 struct Half {
   std::vector<V3i> voxels;
   std::vector<double> passed{0};     // weight of those before, one more than voxels
-  void add(const Candidate& c) {
-    voxels.push_back(c.voxel);
-    passed.push_back(passed.back() + c.weight);
+  void add(const V3i& voxel, double weight) {
+    voxels.push_back(voxel);
+    passed.push_back(passed.back() + weight);
   }
 
   struct Drawn { V3i voxel; double probability; };
@@ -186,10 +210,17 @@ DensityChoice choose_density_samples(const Field& density, const Grid& grid, con
   const V3i n((grid.n.x + kBrick - 1) / kBrick, (grid.n.y + kBrick - 1) / kBrick, (grid.n.z + kBrick - 1) / kBrick);
   std::vector<std::vector<Candidate>> rows(static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z));
   tbb::parallel_for(0, n.y * n.z, [&](int row) {
-    for (int x = 0; x < n.x; ++x) look_around(density, grid, V3i(x, row % n.y, row / n.y), rows[static_cast<std::size_t>(row)]);
+    for (int x = 0; x < n.x; ++x) look_around(density, grid, scale, V3i(x, row % n.y, row / n.y), rows[static_cast<std::size_t>(row)]);
   });
   std::size_t candidates = 0;
-  for (const auto& row : rows) candidates += row.size();
+  double apart = 1e-300, varies = 1e-300;
+  for (const auto& row : rows) {
+    candidates += row.size();
+    for (const Candidate& c : row) {
+      apart += c.apart;
+      varies += c.varies;
+    }
+  }
   // Blocks of 8³ voxels, or of 2³ where there are few.
   const int shift = candidates < std::size_t{kFewBlocks} * kBrick * kBrick * kBrick ? 1 : 3;
   std::array<Half, 2> halves;        // that choose; that judge
@@ -197,8 +228,9 @@ DensityChoice choose_density_samples(const Field& density, const Grid& grid, con
   for (const auto& row : rows)
     for (const Candidate& c : row) {
       const auto place = static_cast<std::uint64_t>(c.voxel.x >> shift) | static_cast<std::uint64_t>(c.voxel.y >> shift) << 20 | static_cast<std::uint64_t>(c.voxel.z >> shift) << 40;
-      halves[mix(place) & 1].add(c);
-      all += c.weight;
+      const double weight = (1 - kUnseen) * c.apart / apart + kUnseen * c.varies / varies;
+      halves[mix(place) & 1].add(c.voxel, weight);
+      all += weight;
     }
   DensityChoice choice;
   if (halves[0].voxels.empty() || halves[1].voxels.empty()) {  // a handful of voxels: they cost nothing
@@ -214,7 +246,7 @@ DensityChoice choose_density_samples(const Field& density, const Grid& grid, con
     const int samples = choice.samples = kLadder[s];
     const bool last = s + 1 == std::size(kLadder);
     tell(static_cast<double>(s) / static_cast<double>(std::size(kLadder)));
-    if (!last && !judge(shooter, choosing, samples, all / halves[0].passed.back()).within(kAim * recipe.max_error, 1)) continue;
+    if (!last && !judge(shooter, choosing, samples, all / halves[0].passed.back()).within(kAim * recipe.max_error, 0)) continue;
     judging.clear();
     for (int again = 0; again < kJudgements && !found; ++again) {
       halves[1].draw(drawings++, judging);

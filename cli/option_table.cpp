@@ -328,6 +328,8 @@ std::vector<OptionRow> option_rows() {
                [](auto& s) -> auto& { return s.bench.samples; }),
       integers({.name = "rays", .metavar = "N[,N...]", .group = kMeasuring, .commands = kBench, .help = "random rays a voxel and axis of the baseline"}, 1, 1 << 20,
                [](auto& s) -> auto& { return s.bench.rays; }),
+      numbers({.name = "errors", .metavar = "E[,E...]", .group = kMeasuring, .commands = kBench, .help = "rms errors of alpha to ask for, as --max-error of a bake"}, {0, 1, true},
+              [](auto& s) -> auto& { return s.bench.errors; }),
       integer({.name = "voxels", .metavar = "N", .group = kMeasuring, .commands = kBench, .help = "voxels of each level that errors are measured in"},
               [](auto& s) -> auto& { return s.bench.voxels; }, 1, 65536),
       integer({.name = "repeat", .metavar = "N", .group = kMeasuring, .commands = kBench, .help = "times each run is done; the quickest counts"},

@@ -1,4 +1,4 @@
-# As few rays as an error of opacity asks for; the manifest says what it is. Densities have no such choice.
+# As few rays as an error of opacity asks for; the manifest says what it is.
 bake() { texel bake "$DATA/cube.obj" -o cube.texel --recipe "$DATA/small.json" "$@"; }
 bake --max-error 0.01 --force && texel check cube.texel
 python3 -c "import json; e = json.load(open('cube.texel/manifest.json'))['error']; print([round(e['alpha_rms_' + a]['value'], 6) for a in 'xyz'], e['alpha_rms_x']['how'])"
