@@ -285,7 +285,7 @@ std::vector<OptionRow> option_rows() {
                .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column; auto: 4, or 6 where textures cut holes or fibres lie", .in_recipe = true},
               [](auto& s) -> auto& { return s.recipe.samples; }, 1, 64, "auto", 0),
       number({.name = "max-error", .metavar = "E", .group = kAccuracy, .commands = kBakes,
-              .help = "instead of --samples: as few rays as leave alpha with this rms error, more of them where it is uncertain; says what it reached", .in_recipe = true, .shown_default = "none"},
+              .help = "instead of --samples: as few rays (of a density: points) as leave alpha with this rms error, more of them where it is uncertain; says what it reached", .in_recipe = true, .shown_default = "none"},
              [](auto& s) -> auto& { return s.recipe.max_error; }, {0, 1, true, true}),
       choice({.name = "pattern", .metavar = "KIND", .group = kAccuracy, .commands = kBakes,
               .help = "places of the sub-rays: rank-1 lattice or square grid", .in_recipe = true},
