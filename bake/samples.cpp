@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kFirst = 2;            // rays of the look around
 constexpr int kDraws = 48, kBatches = 8;  // columns drawn at a time, and how often at the most, per axis
-constexpr double kAim = 0.8;         // of the error asked for: what is chosen by some columns is seldom as good on others
+constexpr double kAim = 0.85;         // of the error asked for: what is chosen by some columns is seldom as good on others
 constexpr int kLadder[] = {2, 3, 4, 6, 8, 12, 16, 24, 32};  // rays along a voxel's edge
 constexpr std::size_t kTried = 4;    // of these, at first
 constexpr double kFiner = 1.5;       // the truths' rays along an edge, of the most tried
@@ -67,6 +67,7 @@ struct AxisChooser {
   std::vector<double> doubt;         // per tile, what its columns were drawn by
   double all = 0;                    // sum of these
   std::vector<double> apart;         // per tile, over all its columns: squared error of the first rays by the second look
+  std::array<double, std::size(kLadder)> left{1};  // of the squared error of the first rays, per number of rays
   std::vector<Draw> draws;
 
   [[nodiscard]] std::size_t tile_of(std::size_t column) const {
@@ -86,15 +87,24 @@ struct AxisChooser {
     return {std::max(0.0, sum / n), std::max(0.0, sum2 / n - (sum / n) * (sum / n)) / (n - 1)};
   }
 
-  // The same by the two looks at all columns: few voxels that err much are in no draw, mostly, but they are in these. Of more rays than theirs the squared error is
-  // taken to fall as the number along an edge to −3 with cut-outs, as theory has it, and else to −2: where little is unknown it falls slower (docs/accuracy.md, "Opacity").
+  // The same by the two looks at all columns: few voxels that err much are in no draw, mostly, but they are in these. What more rays leave of it, the draws tell
+  // more surely than how much it is; never less than theory has it, the number along an edge to −3, nor, up to 4 of them, than what closed solids were measured
+  // to leave, to −1.5 (docs/accuracy.md, "Opacity").
   [[nodiscard]] Estimate estimate_by_looks(std::span<const std::uint8_t> of_tile) const {
     double looks = 0;
-    for (std::size_t t = 0; t < of_tile.size(); ++t) {
-      const double share = static_cast<double>(kFirst) / kLadder[of_tile[t]];
-      looks += apart[t] * share * share * (cutouts ? share : 1);
-    }
+    for (std::size_t t = 0; t < of_tile.size(); ++t) looks += apart[t] * left[of_tile[t]];
     return {looks, kSharedSpread * kSharedSpread * looks * looks};
+  }
+
+  // By the draws so far, which have all numbers tried.
+  void find_left() {
+    std::array<double, std::size(kLadder)> error{};
+    for (std::size_t s = 0; s < tried; ++s)
+      for (const Draw& d : draws) error[s] += std::max(0.0, d.square[s] / d.probability);
+    for (std::size_t s = 0; s < std::size(kLadder); ++s) {
+      const double edge = kLadder[s], theory = cutouts ? std::pow(kFirst / edge, 3) : std::pow(kFirst / std::min(edge, 4.0), 1.5) * std::pow(4 / std::max(edge, 4.0), 3);
+      left[s] = s < tried && error[0] > 0 ? std::clamp(error[s] / error[0], theory, 1.0) : theory;
+    }
   }
 
   // Every tile takes what is cheapest for it: its share of the error at that number of rays, and the rays at their price. Places in the ladder.
@@ -195,7 +205,10 @@ struct Batches {
     draw();
     Batch& b = all.back();
     find_truths(b);
-    if (of_tile.empty()) return compare(b);
+    if (of_tile.empty()) {
+      compare(b);
+      return chooser.find_left();
+    }
     // Each column by its own number alone: if they confirm the choice, the others are never asked for.
     const std::vector<char> whole = b.mask;
     std::vector<double> square(whole.size(), 0.0);
@@ -214,6 +227,7 @@ struct Batches {
   // Every batch's errors of every number of rays tried.
   void compare_all() {
     for (Batch& b : all) compare(b);
+    chooser.find_left();
   }
 
  private:
