@@ -432,17 +432,6 @@ struct Tracer {
   }
 };
 
-// Whether filled matter reaches below the box along the rays, so that some may enter it inside.
-bool matter_begins_inside(const Bundle& bundle) {
-  const Mesh& mesh = bundle.scene->mesh;
-  for (std::size_t t = 0; t < mesh.triangles.size() - bundle.plan->curtains; ++t) {
-    if (bundle.plan->winding[t] == 0) continue;
-    for (const std::uint32_t v : mesh.triangles[t])
-      if (bundle.plan->points[v][bundle.axes.w] < 0) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 RayStep::RayStep(int level, int rows_per_voxel, int per_row, int least) {
@@ -490,7 +479,7 @@ std::int64_t see_axis(const AxisRays& rays, const AxisFound& found, const std::f
   const Slab slab{options.slab.z0, std::min(options.slab.z1, bundle.plan->grid.n.z)};
   const bool along = bundle.axis == 2;
   std::vector<double>& begins_inside = found.slabs.begins_inside[a];
-  if (begins_inside.empty() && options.first_level == 0 && matter_begins_inside(bundle)) begins_inside.resize(static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.nv));
+  if (begins_inside.empty() && options.first_level == 0 && bundle.begins_inside) begins_inside.resize(static_cast<std::size_t>(bundle.nu) * static_cast<std::size_t>(bundle.nv));
   if (slab.z0 == 0 && slab.z1 == bundle.nw) found.slabs.inside.clear();
   else if (along && slab.z0 == 0 && bundle.plan->fill) {
     found.slabs.inside.resize(static_cast<std::size_t>(levels));

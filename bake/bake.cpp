@@ -12,6 +12,7 @@
 
 #include "bake/block_index.h"
 #include "bake/color.h"
+#include "bake/density_samples.h"
 #include "bake/fibre_tubes.h"
 #include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
@@ -211,16 +212,31 @@ void make_stacks(const Recipe& recipe, const Plan& plan, const std::array<double
   }
 }
 
+// What choose_samples expects of all slabs together.
+struct Reached {
+  std::array<double, 3> square{0, 0, 0}, variance{0, 0, 0}, rays{0, 0, 0};
+  double voxels = 0;
+  bool met = true;
+  void add(const SampleChoice& c) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      square[a] += c.square[a];
+      variance[a] += c.variance[a];
+      rays[a] += c.rays[a] * c.voxels;
+    }
+    voxels += c.voxels;
+    met = met && c.met;
+  }
+};
+
 constexpr double kOpenThickness = 2;  // voxels: what measure_thickness says of matter that is not solid
 
 // Stages 1 to 5 of a density. Sets the plan's statistics.
-DensityBake bake_scene_density(const Scene& scene, Plan& plan, const Recipe& recipe, int levels, Report& report) {
+DensityBake bake_scene_density(const Scene& scene, Plan& plan, Recipe recipe, int levels, Reached& reached, Report& report) {
   const auto unsupported = [](const char* option, const char* what) { throw Error(Code::kUnsupported, option, what, "leave it out"); };
   if (recipe.shadows) unsupported("--shadows", "a density casts no shadows in this version");
   if (recipe.material == MaterialOf::kVisible) unsupported("--material visible", "a density has no one surface to see");
   if (recipe.normals == Normals::kVisible) unsupported("--normals visible", "a density has no one surface to see");
   if (recipe.lobes == 2) unsupported("--lobes 2", "a density's normals go all ways between its surfaces and have one lobe in this version");
-  if (recipe.max_error > 0) unsupported("--max-error", "a density's samples are not chosen by error in this version");
   if (recipe.fill == Fill::kOn) unsupported("--fill on", "a density is solid where it is 1 and has nothing to fill");
   DensityOptions options;
   options.levels = levels;
@@ -232,7 +248,18 @@ DensityBake bake_scene_density(const Scene& scene, Plan& plan, const Recipe& rec
     options.slice_axes[a] = recipe.want.slices && recipe.slice_axes[a];
     options.slice_counts[a] = slice_count(recipe, plan.grid, kOpenThickness * plan.grid.h, axis);
   }
+  if (recipe.max_error > 0 && !options.opacity) recipe.samples = kDensitySamples;
+  if (recipe.max_error > 0 && options.opacity) {
+    const StageTimer timer(report, "choosing points");
+    const DensityChoice choice = choose_density_samples(*make_density(*scene.hypertexture, 0), plan.grid, recipe, scene.hypertexture->scale, report);
+    recipe.samples = choice.samples;
+    reached = {.square = choice.square, .variance = choice.variance, .met = choice.met};
+  }
+  report.count("samples", recipe.samples);
+  const StageTimer timer(report, "density");
   DensityBake baked = bake_density(scene, plan.grid, recipe, options, report);
+  reached.voxels = static_cast<double>(baked.surfaces[0].set.count);
+  if (recipe.max_error > 0 && options.opacity) reached.rays.fill(reached.voxels * recipe.samples * recipe.samples);
   plan.statistics.area = baked.area;
   plan.statistics.volume = baked.mass;
   return baked;
@@ -252,25 +279,9 @@ struct Totals {
   }
 };
 
-constexpr int kBeyondSamples = 4;  // of levels above a tile, where rays are chosen
+constexpr int kUsualSamples = 4;  // where rays are chosen: what colours of slices are filtered for
 
-// What choose_samples expects of all slabs together.
-struct Reached {
-  std::array<double, 3> square{0, 0, 0}, variance{0, 0, 0}, rays{0, 0, 0};
-  double voxels = 0;
-  bool met = true;
-  void add(const SampleChoice& c) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      square[a] += c.square[a];
-      variance[a] += c.variance[a];
-      rays[a] += c.rays[a] * c.voxels;
-    }
-    voxels += c.voxels;
-    met = met && c.met;
-  }
-};
-
-void tell_reached(const Reached& reached, const Recipe& recipe, Pack& pack, Report& report) {
+void tell_reached(const Reached& reached, const Recipe& recipe, bool density, Pack& pack, Report& report) {
   const auto text = [](double x) {
     char digits[32];
     std::snprintf(digits, sizeof digits, "%.2g", x);
@@ -283,13 +294,13 @@ void tell_reached(const Reached& reached, const Recipe& recipe, Pack& pack, Repo
     const double low = std::sqrt(std::max(0.0, reached.square[a] - spread) / reached.voxels), high = std::sqrt((reached.square[a] + spread) / reached.voxels);
     worst = std::max(worst, high);
     const std::string axis(1, "xyz"[a]);
-    pack.errors.push_back({"alpha_rms_" + axis, rms, "opacity along " + axis + " over the border voxels of level 0, estimated from columns drawn at random and traced with many rays, as --max-error " + text(recipe.max_error) +
+    pack.errors.push_back({"alpha_rms_" + axis, rms, "opacity along " + axis + " over the border voxels of level 0, estimated from " + (density ? "voxels drawn at random and sampled at many points" : "columns drawn at random and traced with many rays") + ", as --max-error " + text(recipe.max_error) +
                                                          " asks; 95 %: " + text(low) + " to " + text(high)});
     report.count("rays a column along " + axis, reached.rays[a] / reached.voxels);
     report.count("alpha rms error along " + axis, rms);
   }
   if (!reached.met)
-    report.issue("max-error", "opacity may be off by " + text(worst) + " (rms) where " + text(recipe.max_error) + " was asked for, with 32 x 32 rays a voxel where it is worst: a finer --resolution helps");
+    report.issue("max-error", "opacity may be off by " + text(worst) + " (rms) where " + text(recipe.max_error) + " was asked for, with " + (density ? std::to_string(kMostDensitySamples) + " points along a voxel's edge" : std::string("32 x 32 rays a voxel where it is worst")) + ": a finer --resolution helps");
 }
 
 void measure(const Plan& plan, const Totals& totals, const std::optional<V3f>& one_color, const SlabSums& sums, bool volume, Pack& pack) {
@@ -383,7 +394,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   MaterialKinds kinds = find_kinds(source, *textures);
   // Of a density all three axes share samples³ points a voxel.
   if (recipe.samples == 0) recipe.samples = source.hypertexture ? kDensitySamples : kinds.cutouts || source.fibres.strands() > 0 ? 6 : 4;
-  report.count("samples", recipe.samples);
+  if (!source.hypertexture) report.count("samples", recipe.samples);
 
   // 1. The grid, the components and what takes part in the fill.
   Plan plan;
@@ -452,10 +463,9 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
   widths.fill(kOpenThickness * plan.grid.h);
   if (density) {
     DensityBake baked;
-    {
-      const StageTimer timer(report, "density");
-      baked = bake_scene_density(scene, plan, recipe, level_total, report);
-    }
+    Reached reached;
+    baked = bake_scene_density(scene, plan, recipe, level_total, reached, report);
+    if (reached.rays[0] > 0) tell_reached(reached, recipe, true, pack, report);
     totals.add(baked.surfaces[0], baked.seen.levels[0]);
     sums.volume = baked.filled;
     sums.inside_count = baked.seen.levels[0].inside_count;
@@ -509,7 +519,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
       if (chooses) {
         const bool beyond = options.first_level > 0;
         options.coarse_rays = coarse_rays_for(recipe.max_error, beyond);
-        its.samples = kBeyondSamples;
+        its.samples = kUsualSamples;
         if (!beyond) {
           const StageTimer timer(report, "choosing rays");
           Report own;
@@ -578,7 +588,7 @@ Pack bake(const Scene& unplaced_scene, const Recipe& given, Report& report) {
     }
     if (totals.border == 0) throw Error(Code::kBadInput, "--box", "no surface lies in the box", "choose a box that meets the scene");
     if (slab_count > 0) report.count("slabs", slab_count);
-    if (chooses) tell_reached(reached, recipe, pack, report);
+    if (chooses) tell_reached(reached, recipe, false, pack, report);
     if (!tops.empty()) {
       // Levels whose blocks reach over several slabs.
       std::vector<Surface> surfaces(static_cast<std::size_t>(slabs.levels) - 1);

@@ -133,10 +133,10 @@ struct Rasteriser {
     const double v0 = std::max<double>(box.min[bundle.axes.v], band.v0), v1 = std::min<double>(box.max[bundle.axes.v], band.v1);
     if (u0 > u1 || v0 > v1) return false;
     if (!band.traced(std::min(bundle.nu - 1, static_cast<int>(u0)), std::min(bundle.nu - 1, static_cast<int>(u1)))) return false;
-    // Rows lie at (i + 1/2)/rows; in a row of the plain grid rays do likewise, while one of the lattice may lie anywhere.
+    // Rows lie at (i + 1/2)/rows; in a row of the plain grid rays do likewise, while those of the others may lie anywhere.
     const RayPattern& pattern = bundle.pattern;
     if (std::ceil(v0 * pattern.rows - 0.5) > v1 * pattern.rows - 0.5) return false;
-    return pattern.per_row == 1 || std::ceil(u0 * pattern.per_row - 0.5) <= u1 * pattern.per_row - 0.5;
+    return pattern.per_row == 1 || pattern.sheared || std::ceil(u0 * pattern.per_row - 0.5) <= u1 * pattern.per_row - 0.5;
   }
 
   void placed(const Placed& instance) {
@@ -357,7 +357,7 @@ std::vector<std::int32_t> count_columns(const Bundle& b) {
 // The scene's triangles, fibres and instances by band. `lists` has its points. Of bands of one row only what lies over a traced column.
 void bin_scene(const Bundle& b, BundleLists& lists) {
   const std::vector<std::int32_t> counts = b.band_rows == 1 ? count_columns(b) : std::vector<std::int32_t>();
-  const auto& points = lists.points;
+  const std::vector<std::int64_t>& points = *lists.points;
   const auto for_each_band = [&](const std::array<std::uint32_t, 3>& t, auto&& call) {
     const std::int64_t y0 = points[2 * std::size_t{t[0]} + 1], y1 = points[2 * std::size_t{t[1]} + 1], y2 = points[2 * std::size_t{t[2]} + 1];
     const std::int64_t low = std::min({y0, y1, y2}), high = std::max({y0, y1, y2});
@@ -402,6 +402,21 @@ RayPattern make_pattern(Pattern kind, int samples) {
   return p;
 }
 
+RayPattern make_sheared_pattern(int rows, int per_row) {
+  constexpr double kGolden = 0.61803398874989485;
+  RayPattern p;
+  p.rows = rows;
+  p.per_row = per_row;
+  p.sheared = true;
+  for (int r = 0; r < rows; ++r) {
+    p.v.push_back(static_cast<int>((2 * std::int64_t{r} + 1) * (kOne / 2) / rows));
+    const double shift = (r + 0.5) * kGolden - std::floor((r + 0.5) * kGolden);
+    // Not below its part of the row, where trace_band looks for it.
+    for (int j = 0; j < per_row; ++j) p.u.push_back(std::max(static_cast<int>((j + shift) * static_cast<double>(kOne) / per_row), static_cast<int>((j * kOne + per_row - 1) / per_row)));
+  }
+  return p;
+}
+
 Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textures, const Recipe& recipe, int axis) {
   Bundle b;
   b.scene = &scene;
@@ -421,14 +436,18 @@ Bundle make_bundle(const Scene& scene, const Plan& plan, const TextureSet& textu
   b.bands = (b.nv + b.band_rows - 1) / b.band_rows;
 
   const auto lists = std::make_shared<BundleLists>();
-  lists->points.resize(plan.points.size() * 2);
+  const auto points = std::make_shared<std::vector<std::int64_t>>(plan.points.size() * 2);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, plan.points.size(), 8192), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      lists->points[2 * i] = to_fixed(std::clamp(plan.points[i][b.axes.u], -kFar, kFar));
-      lists->points[2 * i + 1] = to_fixed(std::clamp(plan.points[i][b.axes.v], -kFar, kFar));
+      (*points)[2 * i] = to_fixed(std::clamp(plan.points[i][b.axes.u], -kFar, kFar));
+      (*points)[2 * i + 1] = to_fixed(std::clamp(plan.points[i][b.axes.v], -kFar, kFar));
     }
   });
-
+  lists->points = points;
+  for (std::size_t t = 0; t < scene.mesh.triangles.size() - plan.curtains && !b.begins_inside; ++t) {
+    if (plan.winding[t] == 0) continue;
+    for (const std::uint32_t v : scene.mesh.triangles[t]) b.begins_inside = b.begins_inside || plan.points[v][b.axes.w] < 0;
+  }
   bin_scene(b, *lists);
   b.lists = lists;
   return b;
@@ -462,7 +481,7 @@ void trace_band(const Bundle& bundle, int band, Band& out, BandScratch& scratch)
     out.width = out.before.back();
   }
   const BundleLists& lists = *bundle.lists;
-  const std::int64_t* fixed = lists.points.data();
+  const std::int64_t* fixed = lists.points->data();
   Rasteriser rasteriser{bundle, fixed, out, scratch};
   const auto b = static_cast<std::size_t>(band);
   const auto& triangles = bundle.scene->mesh.triangles;

@@ -15,11 +15,16 @@ namespace texel {
 // either axis is met at s² places rather than s. kGrid: s rows of s rays, the plain grid.
 struct RayPattern {
   int rows = 0, per_row = 0;
+  bool sheared = false;         // the rays of a row stand anywhere in their equal parts of it, rather than in the middle
   std::vector<int> v;           // per row, ascending
   std::vector<int> u;           // rows · per_row
   [[nodiscard]] int rays() const { return rows * per_row; }
 };
 [[nodiscard]] RayPattern make_pattern(Pattern kind, int samples);
+
+// Rows of as many rays, each row moved along against the one before by the golden ratio of their distance: an edge along the rows is met at `rows` places,
+// one across them at all rows · per_row. Nearly the accuracy of a lattice where rows are several times per_row, for nearly the time of a grid.
+[[nodiscard]] RayPattern make_sheared_pattern(int rows, int per_row);
 
 inline constexpr int kFixedBits = 16;
 
@@ -43,7 +48,7 @@ struct Crossing {
 
 // What is in each band, whatever the pattern.
 struct BundleLists {
-  std::vector<std::int64_t> points;        // fixed point (u, v) of each point
+  std::shared_ptr<const std::vector<std::int64_t>> points;  // fixed point (u, v) of each point
   std::vector<std::size_t> first;          // triangles by band: bins[first[b] … first[b+1]), ascending
   std::vector<std::uint32_t> bins;
   std::vector<std::size_t> fibre_first;    // the same of Plan::fibres; empty where there are none
@@ -63,6 +68,7 @@ struct Bundle {
   int nu = 0, nv = 0, nw = 0;
   int band_rows = 8;                       // voxel rows a band covers
   int bands = 0;
+  bool begins_inside = false;              // filled matter reaches below the box along the rays, so that some may enter it inside
   double end = std::numeric_limits<double>::infinity();  // voxels along w: surface wholly beyond is left out
   std::vector<char> used;                  // per row of rays: 0: not traced; empty: all are
   std::vector<char> columns;               // per voxel column, v · nu + u: 0: its rays are not traced; empty: all are

@@ -109,17 +109,7 @@ struct Sampler {
         first[ua] += u;
         first[va] += v;
         const double* d = w.d.data() + at(first.x, first.y, first.z);
-        double sum = 0;
-        double before = 1 - *(d - stride), here = 1 - d[0];
-        sum += mean_depth((before + here) / 2, here) / 2;
-        for (int k = 1; k < s; ++k) {
-          const double next = 1 - d[static_cast<std::size_t>(k) * stride];
-          sum += mean_depth(here, next);
-          here = next;
-        }
-        const double after = 1 - d[static_cast<std::size_t>(s) * stride];
-        sum += mean_depth(here, (here + after) / 2) / 2;
-        const double t = sum * step;
+        const double t = ray_depth(d, stride, s) * step;
         pass[v * s + u] = std::exp(-t);
         depth += std::min(t, cap);
       }
@@ -569,6 +559,19 @@ double mean_depth(double u, double v) {
   if (std::abs(d) < 1e-3 * m) return -std::log(m) + d * d / (24 * m * m);
   const double a = u > 0 ? u * std::log(u) : 0, b = v > 0 ? v * std::log(v) : 0;
   return std::max(0.0, 1 - (a - b) / d);
+}
+
+double ray_depth(const double* d, std::size_t stride, int points) {
+  double sum = 0, here = 1 - d[0];
+  const double before = 1 - *(d - stride);
+  sum += mean_depth((before + here) / 2, here) / 2;
+  for (int k = 1; k < points; ++k) {
+    const double next = 1 - d[static_cast<std::size_t>(k) * stride];
+    sum += mean_depth(here, next);
+    here = next;
+  }
+  const double after = 1 - d[static_cast<std::size_t>(points) * stride];
+  return sum + mean_depth(here, (here + after) / 2) / 2;
 }
 
 Box3d density_bounds(const Field& density) {

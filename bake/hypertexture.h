@@ -21,6 +21,10 @@ namespace texel {
 // Infinite where u = v = 0: density 1 is opaque whatever its scale.
 [[nodiscard]] double mean_depth(double u, double v);
 
+// Optical depth, over c times the distance of its points, of a ray through a voxel with the densities d[0], d[stride] … d[(points − 1)·stride] at the
+// middles of as many equal parts and one beyond on either side. D is linear between them. Infinite where D is 1 on some stretch.
+[[nodiscard]] double ray_depth(const double* d, std::size_t stride, int points);
+
 struct DensityOptions {
   int levels = 1;                                  // as many Surfaces and Visibilities are made
   bool color = true, opacity = true;

@@ -52,7 +52,8 @@ double estimate_opacity(const RaySums& sums, double rays, const ExactMeans& exac
 double doubt(const RaySums& sums, double rays) {
   const double a = sums.a / rays, over = (sums.t + sums.l - sums.a) / rays;  // hidden behind what stops the ray
   const double over2 = (sums.tt + sums.l + sums.a + 2 * (sums.tl - sums.at - sums.al)) / rays;  // a² is nearly a
-  const double seen = a - a * a;
+  // Rays that all say the same do not exclude others: as of a uniform prior.
+  const double seen = sums.w > 0 ? (sums.a + 1) * (rays - sums.a + 1) / ((rays + 2) * (rays + 3)) : a - a * a;
   return std::max(0.0, sums.w > 0 ? seen : std::min(seen, over2 - over * over));  // overlapping matter: the near wall is not known
 }
 

@@ -23,6 +23,7 @@ std::string family_name(const std::string& family) {
   if (family == "lattice") return "bundle, lattice";
   if (family == "filtered") return "bundle, levels filtered";
   if (family == "random") return "random rays a voxel (Ratib)";
+  if (family == "asked") return "error asked for";
   if (family == "exact") return "exact clipping";
   if (family == "ratib bins") return "Ratib, fullest bins";
   if (family == "ratib squares") return "Ratib, least squares";
@@ -52,7 +53,7 @@ std::set<int> resolutions(const BenchFindings& f) {
   return all;
 }
 
-std::string value_text(const BenchTask& task) { return task.value > 0 ? std::to_string(task.value) : ""; }
+std::string value_text(const BenchTask& task) { return task.number() > 0 ? task.text() : ""; }
 
 }  // namespace
 
@@ -123,8 +124,8 @@ std::vector<BenchPlot> bench_plots(const BenchFindings& findings) {
     double target;
   };
   const std::vector<Kind> kinds = {
-      {"opacity", "alpha_rms", "Opacity along the axes", "rms error of alpha, level 0", {"grid", "lattice", "random"}, kAlphaTarget},
-      {"levels", "alpha_rms_coarser", "Opacity of the coarser levels", "rms error of alpha, levels from 1", {"grid", "filtered", "random"}, 0},
+      {"opacity", "alpha_rms", "Opacity along the axes", "rms error of alpha, level 0", {"grid", "lattice", "asked", "random"}, kAlphaTarget},
+      {"levels", "alpha_rms_coarser", "Opacity of the coarser levels", "rms error of alpha, levels from 1", {"grid", "filtered", "asked", "random"}, 0},
       {"shadows", "sigma_rms", "Projected areas", "rms error of \xcf\x83(\xcf\x89), mean projected areas", {"sggx", "neyret", "ratib", "ratib bins", "ratib squares"}, 0},
       {"normals", "tv_all", "Normals", "total variation from all normals", {"sggx", "neyret", "ratib", "ratib bins", "ratib squares"}, 0},
       {"visible", "tv_visible", "Visible normals", "total variation from the visible normals", {"sggx", "sggx visible", "neyret visible", "ratib visible", "ratib bins", "ratib squares"}, 0},
@@ -237,7 +238,7 @@ std::string bench_json(const BenchFindings& findings, const std::string& command
   const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   Json j{{"format", "texel-bench"}, {"generator", std::string("texel ") + TEXEL_VERSION}, {"command", command}, {"scene", findings.scene}, {"runs", Json::array()}};
   for (const BenchRun& r : findings.runs) {
-    Json run{{"method", r.task.family}, {"value", r.task.value}, {"resolution", r.task.resolution}, {"default", r.is_default}};
+    Json run{{"method", r.task.family}, {"value", r.task.error > 0 ? Json(r.task.error) : Json(r.task.value)}, {"resolution", r.task.resolution}, {"default", r.is_default}};
     if (!r.times.failure.empty()) {
       run["failure"] = r.times.failure;
       j["runs"].push_back(run);

@@ -145,6 +145,12 @@ Pack make_pack(const BenchTask& task, const Scene& scene, const Recipe& base, st
     if (family == "filtered") recipe.level_mode = LevelMode::kFilter;
     return bake(scene, recipe, report);
   }
+  if (family == "asked") {
+    recipe.want = nothing();
+    recipe.want.visibility = recipe.want.levels = true;
+    recipe.max_error = task.error;
+    return bake(scene, recipe, report);
+  }
   if (family == "sggx" || family == "neyret" || family == "ratib") {
     recipe.want = nothing();
     recipe.want.ndf = recipe.want.normal = true;
@@ -205,7 +211,7 @@ BenchTimes run_bench_task(const BenchTask& task, const Settings& settings, const
   std::error_code ec;
   fs::remove_all(folder, ec);
   const std::string said = folder + ".json", complaints = folder + ".err";
-  std::vector<std::string> words{"texel", "bench-run", task.family, std::to_string(task.value), std::to_string(task.resolution), folder};
+  std::vector<std::string> words{"texel", "bench-run", task.family, task.text(), std::to_string(task.resolution), folder};
   words.insert(words.end(), settings.words.begin(), settings.words.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -244,7 +250,9 @@ BenchTimes run_bench_task(const BenchTask& task, const Settings& settings, const
 
 int command_bench_run(const std::vector<std::string>& arguments) {
   if (arguments.size() < 5) throw Error(Code::kCommandLine, "bench-run", "is a part of `texel bench`", "use that");
-  const BenchTask task{arguments[0], std::atoi(arguments[1].c_str()), std::atoi(arguments[2].c_str())};
+  BenchTask task{arguments[0], 0, std::atoi(arguments[2].c_str())};
+  if (task.family == "asked") task.error = std::atof(arguments[1].c_str());
+  else task.value = std::atoi(arguments[1].c_str());
   const std::string folder = arguments[3];
   Settings settings = parse_options(kBench, {arguments.begin() + 4, arguments.end()});
   catch_interrupts();

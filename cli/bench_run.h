@@ -9,11 +9,15 @@
 namespace texel {
 
 // What is run. Families: "grid", "lattice" (bundles of value² sub-rays), "filtered" (the grid, coarser levels from the finest), "random" (value rays a voxel and
-// axis), "exact" (clipping alone), "sggx", "neyret", "ratib", each also with " visible", "ratib bins" and "ratib squares" (of value random rays), "pack" (all there is).
+// axis), "exact" (clipping alone), "sggx", "neyret", "ratib", each also with " visible", "ratib bins" and "ratib squares" (of value random rays), "pack" (all there is), "asked" (rays chosen for `error`).
 struct BenchTask {
   std::string family;
   int value = 0;
   int resolution = 64;
+  double error = 0;            // rms, of alpha; above 0: instead of value
+
+  [[nodiscard]] double number() const { return error > 0 ? error : value; }
+  [[nodiscard]] std::string text() const { return error > 0 ? number_text(error) : std::to_string(value); }
 };
 
 struct BenchTimes {

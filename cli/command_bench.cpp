@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "bake/bake.h"
@@ -125,8 +126,13 @@ struct Sweep {
   int done = 0, all = 1;
 
   void run(const std::string& family, int value, bool is_default = false) {
+    run({family, value, resolution}, is_default);
+  }
+
+  void run(const BenchTask& task, bool is_default) {
+    BenchRun r{task, {}, {}, is_default};
     report.progress("bench", static_cast<double>(done++) / all);
-    BenchRun r{{family, value, resolution}, {}, {}, is_default};
+    const std::string& family = task.family;
     const std::string place = (folder / "run.texel").string();
     r.times = run_bench_task(r.task, settings, place);
     if (r.times.failure.empty()) {
@@ -142,21 +148,27 @@ struct Sweep {
     findings.runs.push_back(std::move(r));
   }
 
-  // Ascending values; `power` of the value that time grows with.
+  // In the order of their times; `power` of the value that time grows with.
   void series(const std::string& family, const std::vector<int>& values, double power, int the_default = 0) {
+    std::vector<BenchTask> tasks;
+    for (const int value : values) tasks.push_back({family, value, resolution});
+    series(tasks, power, the_default);
+  }
+
+  void series(const std::vector<BenchTask>& tasks, double power, int the_default = 0) {
     double before = 0, last = 0;
-    for (const int value : values) {
+    for (const BenchTask& task : tasks) {
       // A small run's time is mostly not the rays'.
-      const double expected = last > 0 ? before * std::pow(value / last, power) : 0;
+      const double expected = last > 0 ? before * std::pow(task.number() / last, power) : 0;
       if (expected > settings.bench.time_limit && before > 0.05 * settings.bench.time_limit) {
-        findings.skipped.push_back({family + " " + std::to_string(value) + " at " + std::to_string(resolution) + " voxels", "would take about " + std::to_string(std::lround(expected)) + " CPU s; --time-limit is " + number_text(settings.bench.time_limit)});
+        findings.skipped.push_back({task.family + " " + task.text() + " at " + std::to_string(resolution) + " voxels", "would take about " + std::to_string(std::lround(expected)) + " CPU s; --time-limit is " + number_text(settings.bench.time_limit)});
         ++done;
         continue;
       }
-      run(family, value, value == the_default);
+      run(task, the_default > 0 && task.value == the_default);
       if (!findings.runs.back().times.failure.empty()) break;
       before = findings.runs.back().times.cpu;  // a paused process would count as a slow one
-      last = value;
+      last = task.number();
     }
   }
 
@@ -174,6 +186,12 @@ struct Sweep {
     series("grid", bundle, 2, samples);
     series("lattice", bundle, 2);
     series("filtered", bundle, 2);
+    // Rays along an edge go about as the error to -2/3: where layers lie behind each other.
+    std::vector<double> errors = settings.bench.errors;
+    std::sort(errors.begin(), errors.end(), std::greater<>());
+    std::vector<BenchTask> asked;
+    for (const double error : errors) asked.push_back({"asked", 0, resolution, error});
+    series(asked, -4.0 / 3);
     series("random", settings.bench.rays, 1);
     for (const char* family : {"sggx", "neyret", "ratib"}) {
       run(family, 0, std::string(family) == "sggx");
@@ -211,7 +229,7 @@ int command_bench(const Settings& settings) {
   const Scene scene = input_scene(settings, report);
   if (scene.hypertexture) throw Error(Code::kUnsupported, "--hypertexture", "a density has no surface to measure against", "bench a mesh or an implicit surface");
   Sweep sweep{settings, settings.output, {names_of(settings), {}, {}, {}}, report};
-  sweep.all = static_cast<int>(settings.bench.resolutions.size() * (8 + 3 * (settings.bench.samples.size() + 1) + 3 * settings.bench.rays.size()));
+  sweep.all = static_cast<int>(settings.bench.resolutions.size() * (8 + 3 * (settings.bench.samples.size() + 1) + 3 * settings.bench.rays.size() + settings.bench.errors.size()));
   for (const int n : settings.bench.resolutions) sweep.at(n, scene);
   stop_if_interrupted();
   bar.clear();

@@ -158,6 +158,30 @@ OptionRow integers(OptionRow row, int low, int high, Ref ref) {
   return row;
 }
 
+// Ascending, each once.
+template <class Ref>
+OptionRow numbers(OptionRow row, NumberRange interval, Ref ref) {
+  row.accepts = (interval.open_low ? "> " + number_text(interval.low) + ", <= " + number_text(interval.high) : range_text(interval.low, interval.high)) + ", one or several, with commas";
+  row.set = [=](Settings& s, const std::string& value) {
+    std::vector<double> all;
+    for (const std::string& part : split(value, ',')) {
+      double v = 0;
+      if (!read_number(part, &v) || v < interval.low || v > interval.high || (interval.open_low && v == interval.low)) return false;
+      all.push_back(v);
+    }
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    ref(s) = all;
+    return true;
+  };
+  row.get = [=](const Settings& s) {
+    std::string value;
+    for (const double v : ref(s)) value += (value.empty() ? "" : ",") + number_text(v);
+    return value;
+  };
+  return row;
+}
+
 // Options with a form of their own.
 [[nodiscard]] OptionRow resolution(OptionRow row);
 [[nodiscard]] OptionRow box(OptionRow row);

@@ -43,6 +43,7 @@ struct BenchSettings {
   std::vector<int> resolutions{32, 64, 128};
   std::vector<int> samples{1, 2, 3, 4, 6, 8, 12, 16};
   std::vector<int> rays{1, 4, 16, 64, 256, 1024, 4096};
+  std::vector<double> errors{0.005, 0.01, 0.02};
   int voxels = 500, repeats = 3;
   double time_limit = 30;
 };

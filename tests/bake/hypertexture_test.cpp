@@ -361,6 +361,37 @@ TEST(Density, SameForAnyNumberOfThreads) {
   }
 }
 
+// Points chosen for an error: the same, and as many as a bake that is given them.
+TEST(Density, ChosenPointsAreTheSameForAnyNumberOfThreads) {
+  for (const char* name : {"eroded", "marble"}) {
+    Recipe recipe = volume_recipe(24);
+    recipe.max_error = 0.02;
+    std::vector<Pack> packs;
+    for (const int threads : {1, 2, 4}) {
+      recipe.threads = threads;
+      recipe.memory = threads == 4 ? 1 : 0;
+      packs.push_back(bake_quietly(preset(name), recipe));
+      check_invariants(packs.back());
+    }
+    for (std::size_t p = 1; p < packs.size(); ++p) expect_same(packs[0], packs[p]);
+    const auto says = std::count_if(packs[0].errors.begin(), packs[0].errors.end(), [](const ErrorFigure& e) { return e.measure.starts_with("alpha_rms_") && e.value > 0 && e.value <= 0.02; });
+    EXPECT_EQ(says, 3) << name;
+  }
+}
+
+// Where nothing varies one point a voxel is exact.
+TEST(Density, NothingToChooseIsOnePoint) {
+  Recipe recipe = unit_box(16);
+  recipe.max_error = 0.001;
+  Report report;
+  (void)bake(fog(std::make_shared<Plane>(0.5, V3d(0, 0, 0)), 2), recipe, report);
+  for (const auto& [what, value] : report.counts)
+    if (what == "samples") {
+      EXPECT_EQ(value, 1);
+    }
+  for (const Issue& issue : report.issues) EXPECT_NE(issue.id, "max-error");
+}
+
 // A colour by position reaches the volume and the slices.
 TEST(Density, ColourOfItsOwn) {
   class Halves : public SolidTexture {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bake/bake.h"
+#include "bake/compare_voxels.h"
 
 namespace texel::test {
 
@@ -18,8 +19,8 @@ inline Recipe opacity_recipe(int resolution) {
 
 struct Reached { std::array<double, 3> says{}; double worst = 0, coarse = 0; bool met = true; double rays = 0; };
 
-// What --max-error says and what the border voxels' opacity is off by, against as many rays as said.
-inline Reached reach(const Scene& scene, Recipe recipe, double error, int truth_samples) {
+// What --max-error says and what the border voxels' opacity is off by, against a bake of the same voxels. A voxel that only one of them has is empty in the other.
+inline Reached reach(const Scene& scene, Recipe recipe, double error, const Pack& truth) {
   recipe.want.slices = false;
   recipe.max_error = error;
   Report report;
@@ -30,22 +31,28 @@ inline Reached reach(const Scene& scene, Recipe recipe, double error, int truth_
   for (const auto& [what, value] : report.counts)
     if (what.starts_with("rays a column")) reached.rays += value / 3;
   for (const Issue& i : report.issues) reached.met = reached.met && i.id != "max-error";
-  Recipe finest = recipe;
-  finest.max_error = 0;
-  finest.samples = truth_samples;
-  Report silent;
-  const Pack truth = bake(scene, finest, silent);
   for (std::size_t l = 0; l < pack.levels.size(); ++l) {
-    const Channel *a = pack.levels[l].find("alpha"), *t = truth.levels[l].find("alpha");
+    const VoxelField a(pack.levels[l], "alpha", 3), t(truth.levels[l], "alpha", 3);
     const Layer* border = nullptr;
     (void)pack.levels[l].find("crossings", &border);
     std::array<double, 3> square{};
-    for (std::size_t i = 0; i < a->values.size(); ++i) square[i % 3] += std::pow(static_cast<double>(a->values[i]) - static_cast<double>(t->values[i]), 2);
+    for_either(a, t, [&](const V3i&, const float* x, const float* y) {
+      for (std::size_t k = 0; k < 3; ++k) square[k] += std::pow((x ? static_cast<double>(x[k]) : 0) - (y ? static_cast<double>(y[k]) : 0), 2);
+    });
     for (double& x : square) x = std::sqrt(x / static_cast<double>(border->set.count));
     const double worst = std::max({square[0], square[1], square[2]});
     (l == 0 ? reached.worst : reached.coarse) = std::max(l == 0 ? reached.worst : reached.coarse, worst);
   }
   return reached;
+}
+
+// Against as many rays as said.
+inline Reached reach(const Scene& scene, const Recipe& recipe, double error, int truth_samples) {
+  Recipe finest = recipe;
+  finest.want.slices = false;
+  finest.samples = truth_samples;
+  Report silent;
+  return reach(scene, recipe, error, bake(scene, finest, silent));
 }
 
 }  // namespace texel::test
