@@ -17,7 +17,7 @@ struct SampleChoice {
 
 // For an rms error of at most `recipe.max_error` along each axis: two bundles of 2 × 2 rays at different places tell where opacity is not known, some hundred columns
 // drawn by that are traced with several numbers of rays and with so many that they serve as the truth, and each tile gets the rays that cost least for the error of
-// all. What tiles that keep 2 × 2 rays err by is held to be what the two bundles say at all their voxels, too, whichever is more: few voxels that err much are in no draw.
+// all. What the two bundles differ by at all voxels has to stay within the error, too: few voxels that err much are in no draw.
 // Only rays along the wanted axes; of the slab alone. Deterministic; the columns are drawn by a hash of axis and place in the row of draws.
 // `cutouts`: coverage is looked up at points, so that what the surface says of it is not exact: the truth is then the plain mean of the rays.
 // Cost: that of two bakes with 2 × 2 rays and without slices or levels, and of 50 to 400 columns × 200 … 4000 rays an axis.
