@@ -212,7 +212,10 @@ TEST(Lobes, TurnsPermute) {
   std::vector<std::vector<Moments>> cases;
   for (int i = 0; i < 50; ++i) {
     std::vector<Moments> pieces;
-    for (int k = 0; k < 3 + i % 9; ++k) pieces.push_back(sheet(random.direction(), random.uniform(0.1, 1)));
+    for (int k = 0; k < 3 + i % 9; ++k) {
+      const double area = random.uniform(0.1, 1);  // first: compilers take arguments in orders of their own
+      pieces.push_back(sheet(random.direction(), area));
+    }
     cases.push_back(std::move(pieces));
   }
   do
