@@ -20,8 +20,6 @@ namespace {
 constexpr int kDirections = 64;
 constexpr int kEdgePlaces = 16;   // along a voxel's edge: where gradients and colours are taken, jittered
 
-bool less(const V3i& a, const V3i& b) { return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x; }
-
 // What is there in a voxel, by code that shares nothing with the bake's sampler but the density itself.
 struct DensityVoxel {
   V3i at;
@@ -36,6 +34,7 @@ struct DensityVoxel {
 struct Source {
   const Field& density;
   double reach;                      // world units, of the differences area and normals are of: the distance of the bake's samples
+  bool reach_known;                  // else they are not compared
   const SolidTexture* color;
   V3f plain;
   double scale, cap;
@@ -181,27 +180,16 @@ std::vector<V3i> candidates(const Level& level, const VoxelField& crossings, con
   for_each_active(field, n, [&](const V3i& v, const float* value) {
     if (crossings.present() || value[0] < 1 || value[1] < 1 || value[2] < 1) own.push_back(v);
   });
-  std::sort(own.begin(), own.end(), less);
+  std::sort(own.begin(), own.end(), voxel_before);
   std::vector<V3i> all;
   for (const V3i& v : own)
     for (int k = 0; k < 27; ++k) {
       const V3i near = v + V3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
       if (near.x >= 0 && near.y >= 0 && near.z >= 0 && near.x < n.x && near.y < n.y && near.z < n.z) all.push_back(near);
     }
-  std::sort(all.begin(), all.end(), less);
+  std::sort(all.begin(), all.end(), voxel_before);
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
-}
-
-void add_vector(const float* value, const V3d& truth, ErrorSums& to) {
-  double mean = 0, square = 0, most = 0;
-  for (int k = 0; k < 3; ++k) {
-    const double e = static_cast<double>(value[k]) - truth[k];
-    mean += e / 3;
-    square += e * e / 3;
-    most = std::max(most, std::abs(e));
-  }
-  to.add(mean, square, most);
 }
 
 struct Sums {
@@ -212,20 +200,21 @@ struct Sums {
 
 void compare_level(const Pack& pack, int number, const Source& source, float glow, const CompareOptions& options, std::vector<Measure>& rows, Report& report) {
   const Level& level = pack.levels[static_cast<std::size_t>(number)];
+  const bool surface = source.reach_known;
   const NdfField ndf(level, options.ndf_a);
-  const VoxelField alpha(level, "alpha", 3), solid(level, "solid", 1), crossings(level, "crossings", 3), area(level, "area", 1), normal(level, "normal", 3), color(level, "Cd", 3), emission(level, "emission", 3);
+  const VoxelField alpha(level, "alpha", 3), solid(level, "solid", 1), crossings(level, "crossings", 3), area(level, "area", 1), normal(level, "normal", 3), color(level, "Cd", 3);
   if (!alpha.present()) return;
   std::vector<V3i> own, all = candidates(level, crossings, alpha, own);
   const std::size_t population = all.size();
   const std::vector<V3i> chosen = sample_voxels(std::move(all), options.voxels, options.seed);
-  const bool looks = ndf.present() || normal.present() || area.present() || color.present();
+  const bool looks = (surface && (ndf.present() || normal.present() || area.present())) || color.present();
   const std::vector<DensityVoxel> truth = true_densities(source, chosen, looks, report);
 
   Sums sums;
   std::vector<double> sigma(source.directions.size());
   std::vector<std::pair<double, double>> areas;  // stored, true
   for (const DensityVoxel& t : truth) {
-    const bool there = t.any && !t.full, here = std::binary_search(own.begin(), own.end(), t.at, less);
+    const bool there = t.any && !t.full, here = std::binary_search(own.begin(), own.end(), t.at, voxel_before);
     sums.missing.add(there && !here);
     sums.extra.add(here && !t.any);
     if (!there && !here) continue;
@@ -235,16 +224,17 @@ void compare_level(const Pack& pack, int number, const Source& source, float glo
       sums.noise[k].add(std::sqrt(t.noise[k]));
     }
     if (solid.present()) sums.solid.add(static_cast<double>(solid.value(t.at, 0)) - t.solid);
-    if (const float* c = crossings.at(t.at)) add_vector(c, V3d(t.depth[0], t.depth[1], t.depth[2]), sums.crossings);
-    if (area.present()) {
+    add_vector(crossings.at(t.at), V3d(t.depth[0], t.depth[1], t.depth[2]), sums.crossings);
+    if (surface && area.present()) {
       const auto stored = static_cast<double>(area.value(t.at, 0));
       sums.area.add(stored - t.moments.covered);
       sums.true_area += t.moments.covered;
       areas.emplace_back(stored, t.moments.covered);
     }
     if (!(t.moments.covered > 0)) continue;
+    add_vector(color.at(t.at), t.color * static_cast<double>(1 - glow), sums.color);
+    if (!surface) continue;
     if (const float* m = normal.at(t.at)) sums.normal.add((V3d(V3f(m[0], m[1], m[2])) - t.moments.m / t.moments.covered).length());
-    if (const float* c = color.at(t.at)) add_vector(c, t.color * static_cast<double>(1 - glow), sums.color);
     const auto stored = ndf.at(t.at);
     if (!stored) continue;
     projected_areas(*stored, static_cast<double>(area.value(t.at, 0)), source.directions, sigma);
@@ -322,9 +312,10 @@ Comparison compare_density(const Pack& pack, const Scene& given, const Recipe& b
       out.skipped.push_back({"voxels", "the pack has no opacities; bake with --want visibility"});
       break;
     }
-    const Source source{*density, pack.grid.h / (baked.samples > 0 ? baked.samples : kDensitySamples), color.get(), material.kd, texture.scale, std::max(1.0, baked.max_depth), pack.levels[l].grid, static_cast<int>(l), options.seed, directions};
+    const Source source{*density, pack.grid.h / (baked.samples > 0 ? baked.samples : kDensitySamples), !(baked.max_error > 0), color.get(), material.kd, texture.scale, std::max(1.0, baked.max_depth), pack.levels[l].grid, static_cast<int>(l), options.seed, directions};
     compare_level(pack, static_cast<int>(l), source, own ? hypertexture_glow(texture) : 0, options, out.measures, report);
   }
+  if (baked.max_error > 0) out.skipped.push_back({"area and normals", "they are those of the samples' distance, which --max-error chose and the manifest does not hold"});
   out.skipped.push_back({"volume", "a density's is the share of D = 1: solid_rms"});
   out.skipped.push_back({"columns and directions", "not measured of densities; pictures (--truth) see along whole rays"});
   return out;

@@ -15,8 +15,6 @@ namespace {
 
 constexpr int kDirections = 64;
 
-bool less(const V3i& a, const V3i& b) { return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x; }
-
 // Voxels in which the pack has surface.
 std::vector<V3i> surface_voxels(const Level& level) {
   std::vector<V3i> voxels;
@@ -24,14 +22,14 @@ std::vector<V3i> surface_voxels(const Level& level) {
     const Layer* layer = nullptr;
     if (!level.find(name, &layer)) continue;
     for_each_voxel(layer->set, [&](const V3i& v, std::int64_t) { voxels.push_back(v); });
-    std::sort(voxels.begin(), voxels.end(), less);
+    std::sort(voxels.begin(), voxels.end(), voxel_before);
     return voxels;
   }
   const VoxelField alpha(level, "alpha", 3);
   for_each_active(alpha, level.grid.n, [&](const V3i& v, const float* a) {
     if (a[0] < 1 || a[1] < 1 || a[2] < 1) voxels.push_back(v);
   });
-  std::sort(voxels.begin(), voxels.end(), less);
+  std::sort(voxels.begin(), voxels.end(), voxel_before);
   return voxels;
 }
 
@@ -49,18 +47,6 @@ struct Sums {
   double true_area = 0, covered = 0;  // covered: of the voxels in sigma
   std::int64_t indefinite = 0;
 };
-
-void add_vector(const float* value, const V3d& truth, ErrorSums& to) {
-  if (!value) return;
-  double mean = 0, square = 0, most = 0;
-  for (int k = 0; k < 3; ++k) {
-    const double e = static_cast<double>(value[k]) - truth[k];
-    mean += e / 3;
-    square += e * e / 3;
-    most = std::max(most, std::abs(e));
-  }
-  to.add(mean, square, most);
-}
 
 // What the recipe averages over: all surface, or what is seen of it.
 void add_material(const VoxelTruth& t, const Fields& f, bool seen, Sums& to) {
@@ -123,8 +109,8 @@ void compare_level(const Work& work, int number, const Surface& surface) {
 
   std::vector<V3i> there, here = surface_voxels(level), all;
   for_each_voxel(surface.set, [&](const V3i& v, std::int64_t) { there.push_back(v); });
-  std::sort(there.begin(), there.end(), less);
-  std::set_union(there.begin(), there.end(), here.begin(), here.end(), std::back_inserter(all), less);
+  std::sort(there.begin(), there.end(), voxel_before);
+  std::set_union(there.begin(), there.end(), here.begin(), here.end(), std::back_inserter(all), voxel_before);
   const auto missing = static_cast<std::int64_t>(all.size() - here.size()), extra = static_cast<std::int64_t>(all.size() - there.size()), of = static_cast<std::int64_t>(all.size());
   rows.push_back(at_level(exactly("voxels_missing", static_cast<double>(missing), of), number));
   rows.push_back(at_level(exactly("voxels_extra", static_cast<double>(extra), of), number));

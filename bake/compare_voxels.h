@@ -47,6 +47,22 @@ inline void add_sigma(std::span<const double> sigma, std::span<const double> tru
   to.add(mean / n, square / n, most);
 }
 
+// The errors of three components, as one; none where the voxel has no value.
+inline void add_vector(const float* value, const V3d& truth, ErrorSums& to) {
+  if (!value) return;
+  double mean = 0, square = 0, most = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double e = static_cast<double>(value[k]) - truth[k];
+    mean += e / 3;
+    square += e * e / 3;
+    most = std::max(most, std::abs(e));
+  }
+  to.add(mean, square, most);
+}
+
+// Order of voxels in lists: z, then y, then x.
+[[nodiscard]] inline bool voxel_before(const V3i& a, const V3i& b) { return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x; }
+
 // A figure in another unit.
 [[nodiscard]] inline Measure in_units(Measure m, double unit) {
   for (double* v : {&m.value, &m.low, &m.high}) *v /= unit > 0 ? unit : 1;

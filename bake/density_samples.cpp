@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bake/crossings.h"
+#include "formats/random.h"
 
 namespace texel {
 namespace {
@@ -21,14 +22,6 @@ constexpr double kConfidence = 2.326;  // one-sided, 99 %: of many bakes none sh
 constexpr double kUnseen = 0.5;      // share of the draws that goes by how the density varies, rather than by what the looks around differ in
 constexpr double kFlat = 0.05;       // of the density: what may lie between the points of these
 constexpr int kFewBlocks = 64;       // with fewer, smaller blocks are shared out
-
-std::uint64_t mix(std::uint64_t x) {  // splitmix64
-  x += 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
-}
-double to_unit(std::uint64_t x) { return static_cast<double>(mix(x) >> 11) * 0x1p-53; }
 
 double held(double d) { return std::isnan(d) ? 0 : std::clamp(d, 0.0, 1.0); }
 
@@ -175,7 +168,7 @@ struct Half {
   // One voxel in each of kDraws equal parts of the weight; `number` of the drawing.
   void draw(std::uint64_t number, std::vector<Drawn>& to) const {
     for (std::uint64_t k = 0; k < kDraws; ++k) {
-      const double at = (static_cast<double>(k) + to_unit(number * kDraws + k)) / kDraws * passed.back();
+      const double at = (static_cast<double>(k) + unit_of(mix_bits(number * kDraws + k))) / kDraws * passed.back();
       const auto i = static_cast<std::size_t>(std::upper_bound(passed.begin() + 1, passed.end() - 1, at) - passed.begin()) - 1;
       to.push_back({voxels[i], (passed[i + 1] - passed[i]) / passed.back()});
     }
@@ -229,7 +222,7 @@ DensityChoice choose_density_samples(const Field& density, const Grid& grid, con
     for (const Candidate& c : row) {
       const auto place = static_cast<std::uint64_t>(c.voxel.x >> shift) | static_cast<std::uint64_t>(c.voxel.y >> shift) << 20 | static_cast<std::uint64_t>(c.voxel.z >> shift) << 40;
       const double weight = (1 - kUnseen) * c.apart / apart + kUnseen * c.varies / varies;
-      halves[mix(place) & 1].add(c.voxel, weight);
+      halves[mix_bits(place) & 1].add(c.voxel, weight);
       all += weight;
     }
   DensityChoice choice;

@@ -13,6 +13,7 @@ namespace texel {
 namespace {
 
 constexpr int kRounds = 16;
+constexpr double kFlat = 1e-6;   // of the largest eigenvalue: normals of one direction, but for rounding
 constexpr double kWorth = 0.9;   // of the error of one lobe
 
 using Exact = std::array<double, kShadowAxes>;
@@ -79,8 +80,12 @@ Groups group(std::span<const Moments> pieces, About about, const std::array<V3d,
   groups.axis = start;
   of.assign(pieces.size(), 2);
   for (int round = 0; round < kRounds && regroup(pieces, about, groups, of); ++round)
-    for (std::size_t g = 0; g < 2; ++g)
-      if (groups.sum[g].covered > 0) groups.axis[g] = eigen(second_moment(groups.sum[g])).vector[about == About::kAxis ? 0 : 2];
+    for (std::size_t g = 0; g < 2; ++g) {
+      if (!(groups.sum[g].covered > 0)) continue;
+      const Eigen3 e = eigen(second_moment(groups.sum[g]));
+      if (about == About::kPlane && !(e.value[1] > kFlat * e.value[0])) return groups;  // any plane along one normal would do, and a turned scene would get another
+      groups.axis[g] = e.vector[about == About::kAxis ? 0 : 2];
+    }
   return groups;
 }
 

@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "bake/axis_rays.h"
+#include "formats/random.h"
 
 namespace texel {
 namespace {
 
 constexpr int kFirst = 2;            // rays of the look around
 constexpr int kDraws = 48, kBatches = 8;  // columns drawn at a time, and how often at the most, per axis
-constexpr double kAim = 0.85;         // of the error asked for: what is chosen by some columns is seldom as good on others
+constexpr double kAim = 0.85;        // of the error asked for: what is chosen by some columns is seldom as good on others
 constexpr int kLadder[] = {2, 3, 4, 6, 8, 12, 16, 24, 32};  // rays along a voxel's edge
 constexpr std::size_t kTried = 4;    // of these, at first
 constexpr double kFiner = 1.5;       // the truths' rays along an edge, of the most tried
@@ -19,13 +20,6 @@ constexpr double kConfidence = 1.645;  // one-sided, 95 %
 constexpr double kShared = 1.25;     // squared error of the first rays over half the squared difference of the two looks: what both overlook. Measured: 1.0 to 1.3
 constexpr double kSharedSpread = 0.15;  // of that factor
 constexpr double kUnseen = 0.5;      // share of the draws that goes by what the first rays may have overlooked
-
-double to_unit(std::uint64_t x) {  // splitmix64
-  x += 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
-}
 
 // Level 0 of one axis, opacity alone.
 struct Look {
@@ -166,7 +160,7 @@ struct Batches {
     b.mask.assign(passed.size() - 1, 0);
     const std::size_t number = static_cast<std::size_t>(bundle.axis) * kBatches + all.size() - 1;
     for (int k = 0; k < kDraws; ++k) {
-      const double at = (k + to_unit(number * kDraws + static_cast<std::size_t>(k))) / kDraws * passed.back();
+      const double at = (k + unit_of(mix_bits(number * kDraws + static_cast<std::size_t>(k)))) / kDraws * passed.back();
       const auto above = std::upper_bound(passed.begin() + 1, passed.end() - 1, at);
       const auto column = static_cast<std::size_t>(above - passed.begin()) - 1;
       b.mask[column] = 1;

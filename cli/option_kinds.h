@@ -135,14 +135,14 @@ OptionRow axes(OptionRow row, Ref ref) {
   return row;
 }
 
-template <class Ref>
-OptionRow integers(OptionRow row, int low, int high, Ref ref) {
-  row.accepts = range_text(low, high) + ", one or several, with commas";
+template <class Number, class Read, class Text, class Ref>
+OptionRow list_of(OptionRow row, const std::string& each, Read read, Text text, Ref ref) {
+  row.accepts = each + ", one or several, with commas";
   row.set = [=](Settings& s, const std::string& value) {
-    std::vector<int> all;
+    std::vector<Number> all;
     for (const std::string& part : split(value, ',')) {
-      int number = 0;
-      if (!read_integer(part, low, high, &number)) return false;
+      Number number = 0;
+      if (!read(part, &number)) return false;
       all.push_back(number);
     }
     std::sort(all.begin(), all.end());
@@ -152,34 +152,20 @@ OptionRow integers(OptionRow row, int low, int high, Ref ref) {
   };
   row.get = [=](const Settings& s) {
     std::string value;
-    for (const int number : ref(s)) value += (value.empty() ? "" : ",") + std::to_string(number);
+    for (const Number number : ref(s)) value += (value.empty() ? "" : ",") + text(number);
     return value;
   };
   return row;
 }
-
-// Ascending, each once.
 template <class Ref>
-OptionRow numbers(OptionRow row, NumberRange interval, Ref ref) {
-  row.accepts = (interval.open_low ? "> " + number_text(interval.low) + ", <= " + number_text(interval.high) : range_text(interval.low, interval.high)) + ", one or several, with commas";
-  row.set = [=](Settings& s, const std::string& value) {
-    std::vector<double> all;
-    for (const std::string& part : split(value, ',')) {
-      double v = 0;
-      if (!read_number(part, &v) || v < interval.low || v > interval.high || (interval.open_low && v == interval.low)) return false;
-      all.push_back(v);
-    }
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
-    ref(s) = all;
-    return true;
-  };
-  row.get = [=](const Settings& s) {
-    std::string value;
-    for (const double v : ref(s)) value += (value.empty() ? "" : ",") + number_text(v);
-    return value;
-  };
-  return row;
+OptionRow integers(OptionRow row, int low, int high, Ref ref) {
+  return list_of<int>(std::move(row), range_text(low, high), [=](const std::string& part, int* n) { return read_integer(part, low, high, n); }, [](int n) { return std::to_string(n); }, ref);
+}
+template <class Ref>
+OptionRow numbers(OptionRow row, NumberRange range, Ref ref) {
+  const std::string each = range.open_low ? "> " + number_text(range.low) + ", <= " + number_text(range.high) : range_text(range.low, range.high);
+  const auto read = [=](const std::string& part, double* v) { return read_number(part, v) && *v <= range.high && (range.open_low ? *v > range.low : *v >= range.low); };
+  return list_of<double>(std::move(row), each, read, number_text, ref);
 }
 
 // Options with a form of their own.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes thin ellipsoids that stand on a square, 360 triangles each: after the series of Ratib's thesis (1997, table 5.2).
 
-usage: make.py [COUNT [FILE]]    COUNT is 25, 100, 900 or 3600; 100 without, written to ellipsoids.obj beside this script
+usage: make.py [COUNT FILE]    COUNT is 25, 100, 900 or 3600; without, 100 are written to ellipsoids.obj beside this script
 """
 import math
 import os
@@ -13,8 +13,9 @@ AROUND, ROWS = 12, 16  # 2 · 12 · 15 triangles
 
 
 def main():
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    name = sys.argv[2] if len(sys.argv) > 2 else os.path.join(HERE, "ellipsoids.obj")
+    if len(sys.argv) not in (1, 3) or not (len(sys.argv) == 1 or sys.argv[1].isdigit()):
+        sys.exit(__doc__.strip())
+    count, name = (int(sys.argv[1]), sys.argv[2]) if len(sys.argv) == 3 else (100, os.path.join(HERE, "ellipsoids.obj"))
     draw = random.Random(count)
     side = math.isqrt(count)
     width = 0.12 / side

@@ -42,19 +42,9 @@ class Plane : public Field {
 };
 
 Scene fog(std::shared_ptr<const Field> field, double scale) {
-  Scene scene;
-  scene.materials.resize(1);
-  scene.hypertexture.emplace();
-  EXPECT_TRUE(find_hypertexture("fog", &*scene.hypertexture));
+  Scene scene = density_preset("fog");
   scene.hypertexture->base = std::move(field);
   scene.hypertexture->scale = scale;
-  return scene;
-}
-Scene preset(const char* name) {
-  Scene scene;
-  scene.materials.resize(1);
-  scene.hypertexture.emplace();
-  EXPECT_TRUE(find_hypertexture(name, &*scene.hypertexture));
   return scene;
 }
 Recipe unit_box(int n) {
@@ -144,7 +134,7 @@ TEST(Density, SoftBallHasItsAreaMassAndMoments) {
   const double w = 0.4;
   double before = 0;
   for (const int n : {24, 48, 96}) {
-    Scene scene = preset("eroded");
+    Scene scene = density_preset("eroded");
     scene.hypertexture->amount = 0;
     scene.hypertexture->softness = w;
     Recipe recipe = volume_recipe(n);
@@ -176,7 +166,7 @@ TEST(Density, SoftBallHasItsAreaMassAndMoments) {
 
 // Density 1 is opaque whatever its scale; where all is 1 there are tiles.
 TEST(Density, OneIsOpaque) {
-  Scene scene = preset("eroded");
+  Scene scene = density_preset("eroded");
   scene.hypertexture->amount = 0;
   scene.hypertexture->scale = 1e-3;
   Report report;
@@ -195,7 +185,7 @@ TEST(Density, OneIsOpaque) {
 // Levels against the rays themselves, taken one by one at the same places: levels 1 to 3 to rounding. From level 4 on the four rays of a column are
 // taken as one where they pass from a brick of 8 voxels to the next, which is right where they agree or nothing lies behind: within 0.01.
 TEST(Density, LevelsAreTheProductAlongEachRay) {
-  Scene scene = preset("eroded");
+  Scene scene = density_preset("eroded");
   Recipe recipe = volume_recipe(32);
   const Pack pack = bake_quietly(scene, recipe);
   const std::shared_ptr<const Field> density = make_density(*scene.hypertexture, 0);
@@ -243,9 +233,9 @@ TEST(Density, LevelsAreTheProductAlongEachRay) {
 // may cover the same part, α: at most ¼ apart, and there at the coarsest levels, whose voxels the shape fills in part.
 TEST(Density, LevelsKeepAreaAndBothModesAgree) {
   Recipe recipe = volume_recipe(64);
-  const Pack a = bake_quietly(preset("eroded"), recipe);
+  const Pack a = bake_quietly(density_preset("eroded"), recipe);
   recipe.level_mode = LevelMode::kFilter;
-  const Pack b = bake_quietly(preset("eroded"), recipe);
+  const Pack b = bake_quietly(density_preset("eroded"), recipe);
   const double area = sum_of(a.levels[0], "area") * a.grid.h * a.grid.h;
   for (std::size_t l = 0; l < a.levels.size(); ++l) {
     EXPECT_NEAR(sum_of(a.levels[l], "area") * std::pow(a.levels[l].grid.h, 2), area, 1e-5 * area);
@@ -264,7 +254,7 @@ TEST(Density, LevelsKeepAreaAndBothModesAgree) {
 
 // A bake at half the resolution is level 1 of the fine one, whatever octaves there are, but for the noise of its samples.
 TEST(Density, HalfTheResolutionIsLevelOne) {
-  Scene scene = preset("eroded");
+  Scene scene = density_preset("eroded");
   scene.hypertexture->octaves = 8;
   Recipe recipe = volume_recipe(128);
   recipe.box = Box3d(V3d(-1.6, -1.6, -1.6), V3d(1.6, 1.6, 1.6));
@@ -328,7 +318,7 @@ void expect_same(const Pack& a, const Pack& b) {
 
 // A brick proven empty or full is not sampled; sampled all the same it is found empty or full.
 TEST(Density, BricksProvenEmptyOrFullAreNotSampled) {
-  Scene scene = preset("fur");
+  Scene scene = density_preset("fur");
   Recipe recipe = volume_recipe(96);
   recipe.box = Box3d(V3d(-1.2, -1.2, -1.2), V3d(1.2, 1.2, 1.2));
   const std::shared_ptr<const Field> field = make_density(*scene.hypertexture, 0);
@@ -354,7 +344,7 @@ TEST(Density, SameForAnyNumberOfThreads) {
       Recipe recipe = volume_recipe(48);
       recipe.want.slices = true;
       recipe.threads = threads;
-      packs.push_back(bake_quietly(preset(name), recipe));
+      packs.push_back(bake_quietly(density_preset(name), recipe));
       check_invariants(packs.back());
     }
     for (std::size_t p = 1; p < packs.size(); ++p) expect_same(packs[0], packs[p]);
@@ -370,7 +360,7 @@ TEST(Density, ChosenPointsAreTheSameForAnyNumberOfThreads) {
     for (const int threads : {1, 2, 4}) {
       recipe.threads = threads;
       recipe.memory = threads == 4 ? 1 : 0;
-      packs.push_back(bake_quietly(preset(name), recipe));
+      packs.push_back(bake_quietly(density_preset(name), recipe));
       check_invariants(packs.back());
     }
     for (std::size_t p = 1; p < packs.size(); ++p) expect_same(packs[0], packs[p]);
@@ -459,7 +449,7 @@ TEST(Density, RefusesWhatCannotBe) {
   EXPECT_EQ(code(fog(std::make_shared<Plane>(-1, V3d(0, 0, 0)), 2), unit_box(16)), Code::kBadInput);           // nothing there
   Recipe shadows = unit_box(16);
   shadows.shadows = true;
-  EXPECT_EQ(code(preset("eroded"), shadows), Code::kUnsupported);
+  EXPECT_EQ(code(density_preset("eroded"), shadows), Code::kUnsupported);
 }
 
 // compare_density against what is known on paper, and against packs changed by a known amount.
@@ -537,7 +527,7 @@ TEST(DensityTruth, AVoxelTakenAwayIsMissed) {
 
 // A few samples a voxel of a surface with octaves far finer than voxels. The error falls faster than by half from step to step.
 TEST(DensityTruth, SamplesOfTheDensityItselfConverge) {
-  const Scene scene = preset("eroded");
+  const Scene scene = density_preset("eroded");
   Recipe recipe = volume_recipe(32);
   double last = 1;
   for (const int samples : {1, 2, 4}) {
@@ -552,7 +542,7 @@ TEST(DensityTruth, SamplesOfTheDensityItselfConverge) {
 }
 
 TEST(DensityTruth, SameFiguresOnAnyNumberOfThreads) {
-  const Scene scene = preset("fire");
+  const Scene scene = density_preset("fire");
   const Recipe recipe = volume_recipe(16);
   const Pack pack = bake_quietly(scene, recipe);
   const Comparison many = against_source(pack, scene, recipe, 10);

@@ -210,7 +210,7 @@ TEST(Lobes, TurnsPermute) {
   Random random(3);
   int p[3] = {0, 1, 2};
   std::vector<std::vector<Moments>> cases;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 1000; ++i) {
     std::vector<Moments> pieces;
     for (int k = 0; k < 3 + i % 9; ++k) {
       const double area = random.uniform(0.1, 1);  // first: compilers take arguments in orders of their own

@@ -1,5 +1,7 @@
 #pragma once
 // Small scenes made in memory. Test code only.
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cmath>
 #include <map>
@@ -14,6 +16,14 @@ namespace texel::test {
 inline Scene empty_scene() {
   Scene scene;
   scene.materials.emplace_back().name = "grey";
+  return scene;
+}
+
+// A preset of --hypertexture about the ball of radius 1.
+inline Scene density_preset(const char* name) {
+  Scene scene;
+  scene.materials.resize(1);
+  EXPECT_TRUE(find_hypertexture(name, &scene.hypertexture.emplace()));
   return scene;
 }
 

@@ -8,17 +8,9 @@
 namespace texel::test {
 namespace {
 
-Scene preset(const char* name) {
-  Scene scene;
-  scene.materials.resize(1);
-  scene.hypertexture.emplace();
-  EXPECT_TRUE(find_hypertexture(name, &*scene.hypertexture));
-  return scene;
-}
-
 // A cloud with edges of all widths.
 Scene own_expression() {
-  Scene scene = preset("fog");
+  Scene scene = density_preset("fog");
   scene.hypertexture->base = read_expression("1.2 - x^2 - y^2 - z^2 - 0.5*sin(9*x)*sin(7*y + 3*z) - 0.4*sin(23*x*y + 11*z)");
   scene.hypertexture->scale = 6;
   return scene;
@@ -36,7 +28,7 @@ TEST(MaxErrorDensities, AreAllKept) {
   int seen = 0;
   for (const char* name : {"eroded", "fire", "marble", "fur", "own"}) {
     const bool own = std::string(name) == "own";
-    const Scene scene = own ? own_expression() : preset(name);
+    const Scene scene = own ? own_expression() : density_preset(name);
     Recipe recipe = of_density(10);
     if (own) recipe.box = Box3d(V3d(-1.5, -1.5, -1.5), V3d(1.5, 1.5, 1.5));
     Recipe finest = recipe;

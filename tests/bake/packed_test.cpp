@@ -173,14 +173,6 @@ Scene mixed_scene() {
   add_quad(scene, V3d(-1.1, -1.0, -0.9), V3d(2.2, 0.1, 0.3), V3d(0.2, 2.0, 1.5), 2);
   return scene;
 }
-Scene fog_scene(const char* name) {
-  Scene scene;
-  scene.materials.resize(1);
-  scene.hypertexture.emplace();
-  EXPECT_TRUE(find_hypertexture(name, &*scene.hypertexture));
-  return scene;
-}
-
 struct Case { const char* name; Scene scene; Recipe recipe; };
 std::vector<Case> cases() {
   std::vector<Case> all;
@@ -196,8 +188,8 @@ std::vector<Case> cases() {
   all.back().recipe.cyclic = {true, true, false};
   all.push_back({"two lobes", mixed_scene(), volume_recipe(40)});
   all.back().recipe.lobes = 2;
-  all.push_back({"fog", fog_scene("fog"), volume_recipe(32)});
-  all.push_back({"fire", fog_scene("fire"), volume_recipe(32)});
+  all.push_back({"fog", density_preset("fog"), volume_recipe(32)});
+  all.push_back({"fire", density_preset("fire"), volume_recipe(32)});
   all.push_back({"one colour", empty_scene(), volume_recipe(50)});
   add_ball(all.back().scene, 1, 48);
   return all;

@@ -15,6 +15,7 @@
 #include "bake/compare_voxels.h"
 #include "bake/direction_opacity.h"
 #include "bake/light.h"
+#include "formats/random.h"
 #include "formats/read.h"
 #include "tests/bench/bench_util.h"
 
@@ -24,13 +25,7 @@ namespace {
 constexpr int kDirections = 1000, kVoxels = 150, kRays = 32;  // kRays: in two halves, whose errors are independent
 constexpr double kMostDepth = 40;
 
-std::uint64_t mixed(std::uint64_t x) {  // splitmix64
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-double unit(std::uint64_t x) { return static_cast<double>(mixed(x) >> 11) * 0x1p-53; }
+double unit(std::uint64_t x) { return unit_of(mix_bits(x)); }
 
 // What a pack says of one voxel.
 struct Voxel {
@@ -145,7 +140,7 @@ void measure_columns(const std::string& name, const Level& level, std::size_t nu
         V3i at(0, 0, 0);
         at[u] = i;
         at[v] = j;
-        columns.push_back({mixed(static_cast<std::uint64_t>(axis) << 60 | static_cast<std::uint64_t>(i) << 30 | static_cast<std::uint64_t>(j)), axis, at});
+        columns.push_back({mix_bits(static_cast<std::uint64_t>(axis) << 60 | static_cast<std::uint64_t>(i) << 30 | static_cast<std::uint64_t>(j)), axis, at});
       }
   }
   std::sort(columns.begin(), columns.end(), [](const Column& a, const Column& b) { return a.order < b.order; });
@@ -207,7 +202,7 @@ void measure(const std::string& path, bool columns) {
     const NdfField ndf(level, NdfKind::kSggx);
     std::vector<std::pair<std::uint64_t, V3i>> order;
     for_each_active(area, level.grid.n, [&](const V3i& v, const float* a) {
-      if (*a > 0) order.emplace_back(mixed(static_cast<std::uint64_t>(v.x) << 40 | static_cast<std::uint64_t>(v.y) << 20 | static_cast<std::uint64_t>(v.z)), v);
+      if (*a > 0) order.emplace_back(mix_bits(static_cast<std::uint64_t>(v.x) << 40 | static_cast<std::uint64_t>(v.y) << 20 | static_cast<std::uint64_t>(v.z)), v);
     });
     std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     if (order.size() > kVoxels) order.resize(kVoxels);

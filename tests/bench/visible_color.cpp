@@ -13,6 +13,7 @@
 #include "bake/light.h"
 #include "bake/truth_voxels.h"
 #include "formats/error.h"
+#include "formats/random.h"
 #include "formats/read.h"
 
 namespace texel {
@@ -20,13 +21,6 @@ namespace {
 
 constexpr int kVoxels = 400, kDirections = 1000, kPlaces = 4, kMostLayers = 32;
 constexpr float kVaries = 0.05f;  // of some channel: voxels of one colour tell nothing
-
-double unit(std::uint64_t& state) {  // splitmix64
-  std::uint64_t x = state += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
-}
 
 struct Seen {
   V3d color{0, 0, 0}, half[2]{V3d(0), V3d(0)};
@@ -43,16 +37,16 @@ struct Eye {
     const Grid grid = truth.plan.grid.level(level);
     const double h = grid.h, width = h / 64;
     const V3d lo = truth.plan.grid.origin + V3d(voxel) * h, middle = lo + V3d(h / 2);
-    std::uint64_t state = static_cast<std::uint64_t>(voxel.x) + (static_cast<std::uint64_t>(voxel.y) << 16) + (static_cast<std::uint64_t>(voxel.z) << 32) + (static_cast<std::uint64_t>(level) << 48);
+    RandomSequence random(static_cast<std::uint64_t>(voxel.x) + (static_cast<std::uint64_t>(voxel.y) << 16) + (static_cast<std::uint64_t>(voxel.z) << 32) + (static_cast<std::uint64_t>(level) << 48));
     Seen seen;
     for (int i = 0; i < kDirections; ++i) {
-      const double z = 2 * unit(state) - 1, phi = 2 * M_PI * unit(state), ring = std::sqrt(1 - z * z);
+      const double z = 2 * random.next() - 1, phi = 2 * M_PI * random.next(), ring = std::sqrt(1 - z * z);
       const V3d d(ring * std::cos(phi), ring * std::sin(phi), z);
       V3d a = d.cross(std::abs(d.x) < 0.9 ? V3d(1, 0, 0) : V3d(0, 1, 0));
       a.normalize();
       const V3d b = d.cross(a);
       for (int k = 0; k < kPlaces; ++k) {
-        const double r = std::sqrt(unit(state)) * h * std::sqrt(3.0) / 2, turn = 2 * M_PI * unit(state);
+        const double r = std::sqrt(random.next()) * h * std::sqrt(3.0) / 2, turn = 2 * M_PI * random.next();
         const V3d p = middle + a * (r * std::cos(turn)) + b * (r * std::sin(turn)) - d * (h * 2);
         double enter = 0, leave = 4 * h;
         for (int x = 0; x < 3; ++x) {

@@ -21,7 +21,7 @@ Case odd_materials(std::uint64_t seed) {
   const int count = 1 + below(random, 4);
   for (int m = 0; m < count; ++m) {
     Material& material = made.scene.materials.emplace_back();
-    material.name = "m" + std::to_string(m);
+    material.name = std::string("m").append(std::to_string(m));
     for (int k = 0; k < 3; ++k) {
       material.kd[k] = pick({0, 1e-30f, 0.5f, 1});
       material.ks[k] = pick({0, 0, 1e-20f, 1});
