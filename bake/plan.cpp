@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bake/bake.h"
+#include "bake/nesting.h"
 #include "bake/topology.h"
 #include "formats/error.h"
 
@@ -18,101 +19,19 @@ constexpr double kWallSnap = 0x1p-30;      // voxels; far above double rounding 
 // Triangles that were given, rather than made of implicit surfaces.
 std::size_t given_triangles(const Mesh& mesh) { return mesh.triangles.size() - mesh.made; }
 
-// Each component's place among the others: an inside-out component is a cavity only where it lies wholly within
-// another closed component of opposite sense; all other inside-out ones are turned.
-
-// Triangles by component, ascending.
-struct Members {
-  std::vector<std::size_t> first;
-  std::vector<std::uint32_t> triangles;
-
-  explicit Members(const Topology& topology) : first(topology.components.size() + 1, 0) {
-    for (const std::uint32_t c : topology.component)
-      if (c != kNoIndex) ++first[c + 1];
-    for (std::size_t c = 1; c < first.size(); ++c) first[c] += first[c - 1];
-    triangles.resize(first.back());
-    std::vector<std::size_t> at(first.begin(), first.end() - 1);
-    for (std::uint32_t t = 0; t < topology.component.size(); ++t)
-      if (const std::uint32_t c = topology.component[t]; c != kNoIndex) triangles[at[c]++] = t;
-  }
-  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t c) const { return {triangles.data() + first[c], triangles.data() + first[c + 1]}; }
-};
-
-bool point_inside(const V3d& p, const Topology& topology, std::span<const std::uint32_t> component, const Plan& plan, const Mesh& mesh) {
-  // Winding number by solid angles (Van Oosterom & Strackee 1983): no ray, so no degenerate direction.
-  double angle = 0;
-  for (const std::uint32_t t : component) {
-    const auto& corner = mesh.triangles[t];
-    const V3d a = plan.points[corner[0]] - p, b = plan.points[corner[1]] - p, c = plan.points[corner[2]] - p;
-    const double la = a.length(), lb = b.length(), lc = c.length();
-    const double numerator = a.dot(b.cross(c));
-    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    angle += topology.turn[t] * 2 * std::atan2(numerator, denominator);
-  }
-  return std::abs(angle) > 2 * M_PI;  // half of the full 4π: robust to points near the surface
-}
-
-// The same for a component that closes only with its repetitions: the winding number of a ray that goes down the axis along which they end.
-bool point_inside_repeated(const V3d& p, const Topology& topology, std::uint32_t component, std::span<const std::uint32_t> triangles, const V3i& period, const Plan& plan, const Mesh& mesh) {
-  const int w = topology.components[component].bounded, u = (w + 1) % 3, v = (w + 2) % 3;  // (u, v, w) is right-handed
-  int winding = 0;
-  for (const std::uint32_t t : triangles) {
-    V3d corner[3];
-    V3d low = plan.points[mesh.triangles[t][0]], high = low;
-    for (int i = 0; i < 3; ++i) {
-      corner[i] = plan.points[mesh.triangles[t][static_cast<std::size_t>(i)]];
-      for (int a = 0; a < 3; ++a) { low[a] = std::min(low[a], corner[i][a]); high[a] = std::max(high[a], corner[i][a]); }
-    }
-    const auto shifts = [&](int a) { return period[a] > 0 ? std::pair(std::ceil((p[a] - high[a]) / period[a]), std::floor((p[a] - low[a]) / period[a])) : std::pair(0.0, 0.0); };
-    const auto [u0, u1] = shifts(u);
-    const auto [v0, v1] = shifts(v);
-    for (double i = u0; i <= u1; ++i)
-      for (double j = v0; j <= v1; ++j) {
-        const double x = p[u] - i * period[u], y = p[v] - j * period[v];
-        double side[3];
-        for (int k = 0; k < 3; ++k) {
-          const V3d &a = corner[(k + 1) % 3], &b = corner[(k + 2) % 3];
-          side[k] = (b[u] - a[u]) * (y - a[v]) - (b[v] - a[v]) * (x - a[u]);
-        }
-        const double all = side[0] + side[1] + side[2];
-        const bool within = all > 0 ? side[0] > 0 && side[1] > 0 && side[2] > 0 : side[0] < 0 && side[1] < 0 && side[2] < 0;
-        if (!within || all == 0) continue;
-        const double height = (side[0] * corner[0][w] + side[1] * corner[1][w] + side[2] * corner[2][w]) / all;
-        if (height < p[w]) winding += (all > 0 ? -1 : 1) * topology.turn[t];  // upwards through a face that looks down: in
-      }
-  }
-  return winding != 0;
-}
-
-void turn_inside_out(const Mesh& mesh, const V3i& period, Plan& plan, const Topology& topology, std::span<const Box3d> boxes, const std::vector<bool>& takes_part, Report& report) {
+void turn_inside_out(std::span<const std::array<std::uint32_t, 3>> given, const V3i& period, Plan& plan, const Topology& topology, std::span<const Box3d> boxes, const std::vector<bool>& takes_part, Report& report) {
   const auto& parts = topology.components;
   // Outermost components face outwards. One that lies in another keeps its sense relative to it: opposite, it is a cavity (or matter in
   // a cavity). Where no component is inside out there is nothing to find.
   bool any_negative = false;
   for (std::uint32_t c = 0; c < parts.size(); ++c) any_negative = any_negative || (takes_part[c] && parts[c].volume < 0);
-  std::vector<std::uint32_t> container(parts.size(), kNoIndex), order;
-  for (std::uint32_t c = 0; c < parts.size(); ++c)
-    if (takes_part[c] && any_negative) order.push_back(c);
-  const auto size = [&](std::uint32_t c) { return std::abs(parts[c].volume); };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return size(a) != size(b) ? size(a) > size(b) : a < b; });
-  const Members members(topology);
+  std::vector<std::uint32_t> outermost;
+  if (any_negative) outermost = find_outermost(plan.points, given, topology, boxes, takes_part, period);
   std::vector<std::int8_t> sense(parts.size(), 1);  // what each is multiplied by
   std::int64_t turned = 0, cavities = 0;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const std::uint32_t c = order[i];
-    // A point of a face, not on the lines of a regular mesh where it is beside edges of others.
-    const auto& face = mesh.triangles[parts[c].first];
-    const V3d probe = plan.points[face[0]] * 0.41 + plan.points[face[1]] * 0.32 + plan.points[face[2]] * 0.27;
-    for (std::size_t j = i; j-- > 0 && container[c] == kNoIndex;) {  // the smallest that holds it
-      const std::uint32_t o = order[j];
-      const bool within = boxes[o].min.x <= boxes[c].min.x && boxes[o].min.y <= boxes[c].min.y && boxes[o].min.z <= boxes[c].min.z &&
-                          boxes[o].max.x >= boxes[c].max.x && boxes[o].max.y >= boxes[c].max.y && boxes[o].max.z >= boxes[c].max.z;
-      const bool inside = parts[o].bounded >= 0 ? point_inside_repeated(probe, topology, o, members.of(o), period, plan, mesh)
-                                                : within && point_inside(probe, topology, members.of(o), plan, mesh);
-      if (inside) container[c] = o;
-    }
-    if (const std::uint32_t o = container[c]; o != kNoIndex) sense[c] = sense[o];
-    else sense[c] = parts[c].volume < 0 ? -1 : 1;
+  for (std::size_t c = 0; c < outermost.size(); ++c) {
+    if (!takes_part[c]) continue;
+    sense[c] = parts[outermost[c]].volume < 0 ? -1 : 1;
     turned += sense[c] < 0;
     cavities += sense[c] * parts[c].volume < 0;
   }
@@ -201,7 +120,7 @@ void find_solids(const Mesh& mesh, const std::vector<Material>& materials, const
 
   if (flat > 0) report.skip("fill of " + std::to_string(flat) + " components", "closed without volume");
 
-  turn_inside_out(mesh, period, plan, topology, boxes, takes_part, report);
+  turn_inside_out(given, period, plan, topology, boxes, takes_part, report);
   for (std::size_t t = 0; t < topology.component.size(); ++t)
     if (topology.component[t] != kNoIndex && takes_part[topology.component[t]]) { plan.winding[t] = 1; plan.fill = true; }
   const double cell = plan.grid.h * plan.grid.h * plan.grid.h;

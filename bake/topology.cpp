@@ -5,18 +5,13 @@
 #include <numeric>
 
 #include "bake/half_edges.h"
+#include "formats/random.h"
 #include "formats/scene.h"
 
 namespace texel {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
-
-std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser (Steele, Lea, Flood 2014)
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 struct Sets {              // union-find that also keeps the parity of turns between a triangle and its root
   std::vector<std::uint32_t> parent;
@@ -58,7 +53,7 @@ std::vector<std::uint32_t> weld(std::span<const V3d> points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const V3d p = points[i] + V3d(0, 0, 0);  // −0 becomes 0
     std::uint64_t hash = 0;
-    for (int a = 0; a < 3; ++a) hash = mix(hash ^ std::bit_cast<std::uint64_t>(p[a])) + 0x9e3779b97f4a7c15u;
+    for (int a = 0; a < 3; ++a) hash = mix_bits(hash ^ std::bit_cast<std::uint64_t>(p[a]));
     std::size_t slot = hash & (slots - 1);
     while (table[slot] != kNoIndex && points[table[slot]] != p) slot = (slot + 1) & (slots - 1);
     if (table[slot] == kNoIndex) table[slot] = static_cast<std::uint32_t>(i);
