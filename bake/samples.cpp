@@ -369,7 +369,7 @@ SampleChoice choose_samples(const Scene& scene, const Plan& plan, const TextureS
 }
 
 int coarse_rays_for(double max_error, bool beyond) {
-  const int wanted = static_cast<int>(std::clamp(std::ceil(0.6 / max_error), 16.0, 128.0));
+  const int wanted = static_cast<int>(std::clamp(std::ceil(0.4 / max_error), 16.0, 128.0));
   return beyond ? wanted : std::min(wanted, 16);
 }
 

@@ -87,9 +87,10 @@ std::vector<Bundle> make_bundles(const Scene& scene, const Plan& plan, const Tex
   // One voxel more than the rule of walls can ask for; slices need not end where the slab does.
   if (axis == 2 && options.slab.z1 < plan.grid.n.z) first.end = options.slab.z1 + 1 + (options.slice_axes[2] ? plan.grid.n.z / options.slice_counts[2] : 0);
   // Levels beyond the tiles: as many places along the edge of the finest of them, in either direction, as rays are wanted there, one ray a row.
+  // An odd number: coarser levels take every 2nd, 4th or 8th row, which of an even one would all be the same places of a voxel.
   if (options.first_level > 0 && options.coarse_rays > 0) {
     const int voxels = 1 << options.first_level;
-    first.pattern = make_sheared_pattern(std::max(1, (options.coarse_rays + voxels - 1) / voxels), 1);
+    first.pattern = make_sheared_pattern(((options.coarse_rays + voxels - 1) / voxels) | 1, 1);
   }
   if (!chosen) return bundles;
   const std::vector<std::uint8_t>& samples = chosen->samples[a];
