@@ -438,7 +438,8 @@ RayStep::RayStep(int level, int rows_per_voxel, int per_row, int least) {
   constexpr int kMost = 3;
   // Rays along the edge of a level-0 voxel, in either pattern.
   const auto samples = static_cast<std::int64_t>(std::lround(std::sqrt(static_cast<double>(rows_per_voxel) * per_row)));
-  const std::int64_t wanted = std::max<std::int64_t>(2 * samples, least);
+  // The coarser, the fewer voxels, and the more surface in each that hides other.
+  const std::int64_t wanted = std::max<std::int64_t>(samples * (std::int64_t{2} << std::max(0, (level - 1) / 2)), least);
   while (shift < kMost && (samples << level) >> (shift + 1) >= wanted) ++shift;
   step = 1 << shift;
 }

@@ -12,7 +12,8 @@ namespace texel {
 struct InsideRun { std::int32_t u, v, first, last; };  // voxels of a level-0 column that are wholly inside
 
 // Which rays a level uses: every 2^shift-th row, and in it every 2^shift-th ray, staggered, so that there are twice a level-0 voxel's along
-// the edge of each of its voxels, or `least`, where there are as many. Never fewer than one in eight: what the coarsest levels cost is little.
+// the edge of a voxel of levels 1 and 2, four times on 3 and 4, eight times on 5 and 6, and so on, or `least`, where there are as many. Never fewer than one in
+// eight: what the coarsest levels cost is little.
 // Rows count from the voxel's first, so that every voxel has the same rays.
 inline constexpr int kSeenRays = 32;            // `least` of VisibilityOptions::seen_material
 struct RayStep {

@@ -75,7 +75,7 @@ struct SlabSums {
 // Traces the three bundles band by band; memory is a band's crossings per thread and the results. Opacity, filled fractions, slices and inside flags are
 // the same, to the bit, however the grid is cut into slabs, unless a column of the first has surface in all its voxels.
 // Opacity: exact for a voxel with one layer of surface; else docs/accuracy.md.
-// Levels 0 and 1 use every ray, 2 to 4 four times a level-0 voxel's number, coarser ones an eighth of all rows and rays.
+// Levels 0 and 1 use every ray, coarser ones as many as RayStep says (axis_rays.h).
 [[nodiscard]] VisibilityResult see_voxels(const Scene& scene, const Plan& plan, const TextureSet& textures, std::span<const Surface> surfaces,
                                           const Recipe& recipe, const VisibilityOptions& options, const SliceShader& shade, SlabSums& sums, Report& report);
 
