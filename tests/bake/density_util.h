@@ -1,0 +1,32 @@
+#pragma once
+// Densities for tests, and figures of their packs.
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "bake/compare.h"
+#include "formats/field.h"
+#include "tests/bake/bake_util.h"
+
+namespace texel::test {
+
+// D is the function itself, held to 0…1.
+inline Scene fog(std::shared_ptr<const Field> field, double scale) {
+  Scene scene = density_preset("fog");
+  scene.hypertexture->base = std::move(field);
+  scene.hypertexture->scale = scale;
+  return scene;
+}
+
+inline Measure measure_of(const Comparison& c, const std::string& name, int level, int axis = -1) {
+  for (const Measure& m : c.measures)
+    if (m.name == name && m.level == level && m.axis == axis) return m;
+  ADD_FAILURE() << "no " << name << " on level " << level;
+  Measure none;
+  none.value = std::nan("");
+  return none;
+}
+inline double figure(const Comparison& c, const std::string& name, int level, int axis = -1) { return measure_of(c, name, level, axis).value; }
+
+}  // namespace texel::test
