@@ -42,6 +42,7 @@ struct Source {
   V3f plain;
   double scale, cap;
   Grid grid;                         // of the level
+  Box3d box;                         // of the pack, which outer voxels of coarse levels reach beyond: nothing is there
   int level;
   std::uint32_t seed;
   std::span<const V3d> directions;
@@ -78,7 +79,9 @@ void trace(const Source& s, Work& w, RandomSequence& random, int axis, int rays,
       s.density.values(static_cast<std::size_t>(steps), w.x.data(), w.y.data(), w.z.data(), w.d.data());
       double t = 0;
       for (int k = 0; k < steps; ++k) {
-        const double d = sane(w.d[static_cast<std::size_t>(k)]);
+        const auto p = static_cast<std::size_t>(k);
+        if (!s.box.intersects(V3d(w.x[p], w.y[p], w.z[p]))) continue;
+        const double d = sane(w.d[p]);
         out.any = out.any || d > 0;
         out.full = out.full && d >= 1;
         ones += d >= 1;
@@ -134,6 +137,7 @@ void look(const Source& s, Work& w, RandomSequence& random, DensityVoxel& out) {
   out.sigma.assign(s.directions.size(), 0.0);
   double dust = 0;
   for (p = 0; p < count; ++p) {
+    if (!s.box.intersects(V3d(w.x[p], w.y[p], w.z[p]))) continue;
     const double d = sane(w.d[p]);
     dust += kDust * d;
     weight[p] = kDust * d;
@@ -328,7 +332,7 @@ Comparison compare_density(const Pack& pack, const Scene& given, const Recipe& b
   if (!VoxelField(pack.levels[0], "alpha", 3).present()) out.skipped.push_back({"voxels", "the pack has no opacities; bake with --want visibility"});
   for (std::size_t l = 0; l < pack.levels.size(); ++l) {
     if (options.level >= 0 && l != static_cast<std::size_t>(options.level)) continue;
-    const Source source{*density, pack.grid.h / (baked.samples > 0 ? baked.samples : kDensitySamples), !(baked.max_error > 0), color.get(), material.kd, texture.scale, std::max(1.0, baked.max_depth), pack.levels[l].grid, static_cast<int>(l), options.seed, directions};
+    const Source source{*density, pack.grid.h / (baked.samples > 0 ? baked.samples : kDensitySamples), !(baked.max_error > 0), color.get(), material.kd, texture.scale, std::max(1.0, baked.max_depth), pack.levels[l].grid, pack.grid.box(), static_cast<int>(l), options.seed, directions};
     const int number = static_cast<int>(l);
     compare_level(pack, number, source, own ? hypertexture_glow(texture) : 0, options, out.measures, report);
     compare_volume(pack.levels[l], number, full, out.measures);
