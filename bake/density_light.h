@@ -21,8 +21,8 @@ struct DensityLight {
 [[nodiscard]] DensityLight make_density_light(const Field& density, double scale, const Grid& grid);
 
 // exp(−c ∫ −ln(1 − D)) from `from` to `to` (world), 0…1: D at jittered places, kLightSteps along an edge of level 0. NaN counts as 0, D = 1 at any of them as opaque.
-// Error of one ray: as its steps' jitter; its mean over rays has a hundredth of that or less (docs/compare.md).
-// Cost: one value of D a step in mixed cells, until e⁻⁴⁰ is left.
+// Error of one ray: where D changes within a step, its variance of depth; in the mean over rays half of that variance, at most 4e-4 of what was measured (docs/compare.md).
+// Cost: one value of D a step in mixed cells, until e⁻⁴⁰ is left. Thread-safe.
 inline constexpr int kLightSteps = 8;
 [[nodiscard]] double light_passed(const DensityLight& light, const V3d& from, const V3d& to, std::uint64_t seed);
 
