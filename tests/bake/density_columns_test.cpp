@@ -76,6 +76,12 @@ TEST(DensityLight, OpaqueAndUndefined) {
     EXPECT_EQ(light_passed(light, {0, 0.5, 0.5}, {1, 0.5, 0.5}, 1), 0);
     EXPECT_EQ(light_passed(light, {0.4, 0, 0.5}, {0.4, 1, 0.5}, 1), 1);
   }
+  // What is nearly empty or nearly full is neither.
+  for (const double d : {0.001, 0.999}) {
+    const auto nearly = read_expression(std::to_string(d));
+    EXPECT_NEAR(light_passed(make_density_light(*nearly, 1, kUnitGrid), {0, 0.5, 0.5}, {1, 0.5, 0.5}, 1), 1 - d, 1e-14);  // rounding
+    EXPECT_EQ(full_volume(make_density_light(*nearly, 1, kUnitGrid), 1).value, 0);
+  }
   // Undefined from the middle on, a place a step: exact but for rounding, since the wall of steps is there.
   EXPECT_NEAR(light_passed(make_density_light(*hole, 8, kUnitGrid), {0, 0.5, 0.5}, {1, 0.5, 0.5}, 1), std::pow(0.7, 4), 1e-14);
 }
