@@ -59,8 +59,8 @@ struct CompareOptions {
 // Cost: about 5 ms a voxel; the same figures for every number of threads.
 [[nodiscard]] Comparison compare_truth(const Pack& pack, const Scene& scene, const Recipe& baked, const CompareOptions& options, Report& report);
 
-// `pack` against the density scene.hypertexture; area and normals against D's differences over the distance of the bake's samples, since finer octaves make the surface of any size. Jittered rays and places in voxels drawn from those with surface in the pack and their neighbours.
-// Cost: about 5 ms a voxel and octave on level 0, 20 on others; the same figures for every number of threads.
+// `pack` against the density scene.hypertexture, single voxels, columns, beams and the volume of D = 1; area and normals against D's differences over the distance of the bake's samples, since finer octaves make the surface of any size. Jittered rays and places in voxels drawn from those with surface in the pack and their neighbours.
+// Cost: about 5 ms a voxel and octave on level 0, 20 on others, 8 to 16 ms a column or beam on level 0 of 64 voxels; the same figures for every number of threads.
 [[nodiscard]] Comparison compare_density(const Pack& pack, const Scene& scene, const Recipe& baked, const CompareOptions& options, Report& report);
 
 }  // namespace texel

@@ -75,8 +75,7 @@ bool clip(const Beam& beam, const V3d& offset, const V3i& n, double& from, doubl
 
 struct Passed { double truth = 0, pack = 0; };
 
-Passed pass(const Beam& beam, const Medium& medium, const RayScene& rays, std::uint64_t seed) {
-  const Grid& g = medium.level.grid;
+Passed pass(const Beam& beam, const Medium& medium, const LightPassed& truth, std::uint64_t seed) {
   int smallest = 0;
   for (int k = 1; k < 3; ++k)
     if (std::abs(beam.along[k]) < std::abs(beam.along[smallest])) smallest = k;
@@ -90,24 +89,23 @@ Passed pass(const Beam& beam, const Medium& medium, const RayScene& rays, std::u
     const double x = (i % kEdgeRays + random.next()) / kEdgeRays - 0.5, y = (i / kEdgeRays + random.next()) / kEdgeRays - 0.5;  // NOLINT: whole rows
     const V3d offset = u * x + v * y;
     double from = 0, to = 0;
-    if (!clip(beam, offset, g.n, from, to)) {
+    if (!clip(beam, offset, medium.level.grid.n, from, to)) {
       sum.truth += 1;
       sum.pack += 1;
       continue;
     }
     const V3d start = beam.middle + offset + beam.along * from;
-    constexpr double kRoom = 1e-3;  // voxels: surface in the box's own wall is met
-    sum.truth += 1 - static_cast<double>(rays.blocked(g.to_world(start - beam.along * kRoom), g.to_world(start + beam.along * (to - from + kRoom))));
+    sum.truth += truth({start, beam.along, to - from, mix_bits(seed ^ mix_bits(static_cast<std::uint64_t>(i)))});
     sum.pack += medium.through(start, beam.along, to - from);
   }
   return {sum.truth / kRays, sum.pack / kRays};
 }
 
-ErrorSums measure(const std::vector<Beam>& beams, const Medium& medium, const RayScene& rays, std::uint64_t seed, const std::string& stage, Report& report) {
+ErrorSums measure(const std::vector<Beam>& beams, const Medium& medium, const LightPassed& truth, std::uint64_t seed, const std::string& stage, Report& report) {
   std::vector<Passed> passed(beams.size());
   std::atomic<std::size_t> done{0};
   tbb::parallel_for(std::size_t{0}, beams.size(), [&](std::size_t i) {
-    passed[i] = pass(beams[i], medium, rays, seed * 0x2545f4914f6cdd1du + i);
+    passed[i] = pass(beams[i], medium, truth, seed * 0x2545f4914f6cdd1du + i);
     const std::size_t d = ++done;
     if (report.progress) report.progress(stage, static_cast<double>(d) / static_cast<double>(beams.size()));
   });
@@ -118,7 +116,7 @@ ErrorSums measure(const std::vector<Beam>& beams, const Medium& medium, const Ra
 
 }  // namespace
 
-void compare_columns(const Level& level, int number, const RayScene& rays, const ColumnOptions& options, std::vector<Measure>& rows, Report& report) {
+void compare_columns(const Level& level, int number, const LightPassed& truth, const ColumnOptions& options, std::vector<Measure>& rows, Report& report) {
   const Medium medium(level);
   if (!medium.present()) return;
   const V3i n = level.grid.n;
@@ -135,7 +133,7 @@ void compare_columns(const Level& level, int number, const RayScene& rays, const
     V3d along(0, 0, 0);
     along[axis] = 1;
     for (const V3i& v : sample_voxels(std::move(columns), options.columns, options.seed + static_cast<unsigned>(axis))) beams.push_back({V3d(v) + V3d(0.5), along});
-    const ErrorSums errors = measure(beams, medium, rays, options.seed + static_cast<unsigned>(axis), stage, report);
+    const ErrorSums errors = measure(beams, medium, truth, options.seed + static_cast<unsigned>(axis), stage, report);
     rows.push_back(at_level(errors.bias("column_bias", of), number, axis));
     rows.push_back(at_level(errors.rms("column_rms", of), number, axis));
   }
@@ -148,8 +146,7 @@ void compare_columns(const Level& level, int number, const RayScene& rays, const
     const double x = random.next(), y = random.next(), w = random.next();
     beams.push_back({V3d(v) + V3d(x, y, w), V3d(r * std::cos(phi), r * std::sin(phi), z)});
   }
-  const ErrorSums errors = measure(beams, medium, rays, options.seed + 3, stage, report);
-  constexpr std::int64_t kEndless = std::int64_t{1} << 62;
+  const ErrorSums errors = measure(beams, medium, truth, options.seed + 3, stage, report);
   rows.push_back(at_level(errors.bias("direction_bias", kEndless), number));
   rows.push_back(at_level(errors.rms("direction_rms", kEndless), number));
 }

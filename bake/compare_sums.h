@@ -14,6 +14,9 @@
 
 namespace texel {
 
+// Places there are where a sample is drawn from a continuum.
+inline constexpr std::int64_t kEndless = std::int64_t{1} << 62;
+
 // Sums of what each place (voxel, column, picture) says. `of`: how many places there are; 0: as many as were added.
 struct ErrorSums {
   std::int64_t count = 0;

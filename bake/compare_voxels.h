@@ -21,6 +21,13 @@ void for_each_active(const VoxelField& field, const V3i& n, Call&& call) {
     }
 }
 
+// Σ of the first component over a level.
+[[nodiscard]] inline double sum_of(const VoxelField& field, const V3i& n) {
+  double sum = 0;
+  for_each_active(field, n, [&](const V3i&, const float* v) { sum += static_cast<double>(*v); });
+  return sum;
+}
+
 // call(voxel, a's values, b's values) for every voxel active in either, null where it is not in one.
 template <class Call>
 void for_either(const VoxelField& a, const VoxelField& b, Call&& call) {

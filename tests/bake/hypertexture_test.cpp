@@ -5,10 +5,9 @@
 
 #include <bit>
 
-#include "bake/compare.h"
 #include "formats/error.h"
 #include "formats/expression.h"
-#include "tests/bake/bake_util.h"
+#include "tests/bake/density_util.h"
 
 namespace texel::test {
 namespace {
@@ -41,12 +40,6 @@ class Plane : public Field {
   double undefined_;
 };
 
-Scene fog(std::shared_ptr<const Field> field, double scale) {
-  Scene scene = density_preset("fog");
-  scene.hypertexture->base = std::move(field);
-  scene.hypertexture->scale = scale;
-  return scene;
-}
 Recipe unit_box(int n) {
   Recipe recipe = volume_recipe(n);
   recipe.box = Box3d(V3d(0, 0, 0), V3d(1, 1, 1));
@@ -453,15 +446,9 @@ TEST(Density, RefusesWhatCannotBe) {
 }
 
 // compare_density against what is known on paper, and against packs changed by a known amount.
-double figure(const Comparison& c, const std::string& name, int level, int axis = -1) {
-  for (const Measure& m : c.measures)
-    if (m.name == name && m.level == level && m.axis == axis) return m.value;
-  ADD_FAILURE() << "no " << name << " on level " << level;
-  return std::nan("");
-}
 Comparison against_source(const Pack& pack, const Scene& scene, const Recipe& recipe, int voxels = 150, int level = -1) {
   Report report;
-  return compare_truth(pack, scene, recipe, {.level = level, .voxels = voxels}, report);
+  return compare_truth(pack, scene, recipe, {.level = level, .voxels = voxels, .columns = 20}, report);
 }
 
 TEST(DensityTruth, ConstantFog) {
