@@ -32,7 +32,7 @@ struct Medium {
     const float* a = alpha.at(v);
     if (!a) return 0;
     const float there = solid.value(v, 0) > 0 ? 1 : 1 - std::clamp(transparency.value(v, 0), 0.0f, 1.0f);
-    return depth_along(axis_opacity(a, crossings.at(v), diagonal.at(v), off.at(v), solid.value(v, 0) > 0, there), w, kMost);
+    return depth_along(axis_opacity(a, crossings.at(v), diagonal.at(v), off.at(v), solid.value(v, 0), there), w, kMost);
   }
 
   // From `at` (voxel space) along the unit direction for `length` voxels.

@@ -15,16 +15,18 @@ struct AxisOpacity {
   V3f fog{0, 0, 0};            // −ln(1 − alpha), at most 9.21: depth, were it a fog
   V3f depth{0, 0, 0};          // the same, but not above `met`
   V3f joined{0, 0, 0};         // correlations xy, xz, yz of S: S_ij/√(S_ii·S_jj), −1…1
+  bool full = false;           // matter alone: opaque in all directions
 };
 
-// `alpha`, `crossings`, `diagonal`, `off`: the voxel's values of the grids alpha, crossings, S_diag and S_off, or null; `solid`: whether the surface bounds a body, whose
-// two walls are one layer; `there`: share of the surface that lets nothing through. Values out of range are brought into it. Without `crossings` as many layers are
+// `alpha`, `crossings`, `diagonal`, `off`: the voxel's values of the grids alpha, crossings, S_diag and S_off, or null; `solid`: that grid's, the share that is matter: a
+// body's two walls are one layer, and all of it is opaque whatever the axes say; `there`: share of the surface that lets nothing through. Values out of range are brought into it. Without `crossings` as many layers are
 // taken as the opacity asks for, at most 1.
-[[nodiscard]] inline AxisOpacity axis_opacity(const float* alpha, const float* crossings, const float* diagonal, const float* off, bool solid, float there = 1) {
+[[nodiscard]] inline AxisOpacity axis_opacity(const float* alpha, const float* crossings, const float* diagonal, const float* off, float solid, float there = 1) {
   AxisOpacity voxel;
+  voxel.full = solid >= 1 && there >= 1;
   for (int k = 0; alpha && k < 3; ++k) {
     const float a = alpha[k] > 0 ? std::min(alpha[k], 1.0f) * there : 0.0f;
-    const float most = !crossings ? 1.0f : crossings[k] > 0 ? crossings[k] * there * (solid ? 0.5f : 1.0f) : 0.0f;
+    const float most = !crossings ? 1.0f : crossings[k] > 0 ? crossings[k] * there * (solid > 0 ? 0.5f : 1.0f) : 0.0f;
     const float fog = a < 1 ? -std::log1p(-a) : std::numeric_limits<float>::infinity();
     voxel.alpha[k] = a;
     voxel.fog[k] = std::min(fog, 9.21f);
@@ -52,6 +54,7 @@ struct AxisOpacity {
 // nowhere hides itself, whose shadow is `alpha` joined, exact along the axes and for a sheet; and of surfaces strewn at random, whose layers are joined and count as much as
 // along the axes. Error: docs/accuracy.md, "Opacity in any direction". Of a cell with edges e instead of 1: give w/e.
 [[nodiscard]] inline double opacity_along(const AxisOpacity& voxel, const V3d& w) {
+  if (voxel.full) return 1;
   const double faces = std::abs(w.x) + std::abs(w.y) + std::abs(w.z);
   const double apart = ellipsoid_shadow(voxel.alpha, voxel.joined, w) / faces;
   const V3d square = w * w;

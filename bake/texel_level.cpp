@@ -126,7 +126,7 @@ TexelLevel::Voxel TexelLevel::prepared(const V3i& at) const {
       met[k] = crossings ? crossings[k] * within[k] / volume : 0;
     }
     voxel.within = within;
-    voxel.opacity = axis_opacity(&seen.x, crossings ? &met.x : nullptr, diagonal, off, voxel.solid > 0, static_cast<float>(1 - unit_share(transparency_.value(at, 0))));
+    voxel.opacity = axis_opacity(&seen.x, crossings ? &met.x : nullptr, diagonal, off, solid_.value(at, 0), static_cast<float>(1 - unit_share(transparency_.value(at, 0))));
   }
   const V3f m = normal_.color(at, V3f(0.0f));
   const float one_way = std::min(m.dot(m), 1.0f);

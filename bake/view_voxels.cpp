@@ -142,7 +142,7 @@ int LitLevel::empty_cell(const V3d& p) const {
 
 AxisOpacity LitLevel::axes(const V3i& voxel) const {
   const auto there = static_cast<float>(1 - unit_share(transparency_.value(voxel, 0)));
-  return axis_opacity(alpha_.at(voxel), crossings_.at(voxel), diagonal_.at(voxel), off_.at(voxel), solid_.value(voxel, 0) > 0, there);
+  return axis_opacity(alpha_.at(voxel), crossings_.at(voxel), diagonal_.at(voxel), off_.at(voxel), solid_.value(voxel, 0), there);
 }
 
 // Optical depth of one voxel edge along `direction`.

@@ -16,7 +16,7 @@ constexpr double kFloat = 1e-6;        // the stored values are floats
 double faces(const V3d& w) { return std::abs(w.x) + std::abs(w.y) + std::abs(w.z); }
 
 struct Stored { V3f alpha, crossings, diagonal, off; };
-AxisOpacity of(const Stored& v, bool solid = false, float there = 1) { return axis_opacity(&v.alpha.x, &v.crossings.x, &v.diagonal.x, &v.off.x, solid, there); }
+AxisOpacity of(const Stored& v, float solid = 0, float there = 1) { return axis_opacity(&v.alpha.x, &v.crossings.x, &v.diagonal.x, &v.off.x, solid, there); }
 
 TEST(Direction, AxesAreExact) {
   Random random(1);
@@ -61,7 +61,7 @@ TEST(Direction, BallIsExactEverywhere) {
   Random random(3);
   for (int i = 0; i < 100; ++i) {
     const V3d w = random.direction();
-    EXPECT_NEAR(opacity_along(of(ball, true), w), std::numbers::pi / 4 / faces(w), kFloat);
+    EXPECT_NEAR(opacity_along(of(ball, 0.52f), w), std::numbers::pi / 4 / faces(w), kFloat);
   }
 }
 
@@ -80,7 +80,7 @@ TEST(Direction, MediumIsExactForTheMeanChord) {
 
 TEST(Direction, TransparentSurfaceHidesItsShare) {
   const Stored sheet{V3f(0, 0, 0.8f), V3f(0, 0, 0.8f), V3f(0, 0, 1), V3f(0.0f)};
-  for (const V3d& w : {V3d(0, 0, 1), V3d(0.6, 0, 0.8)}) EXPECT_NEAR(opacity_along(of(sheet, false, 0.25f), w), 0.2 * w.z / faces(w), kFloat);
+  for (const V3d& w : {V3d(0, 0, 1), V3d(0.6, 0, 0.8)}) EXPECT_NEAR(opacity_along(of(sheet, 0, 0.25f), w), 0.2 * w.z / faces(w), kFloat);
 }
 
 // Of a cell cut to edges e, a sheet through all of it hides as much as in a whole one.
@@ -98,13 +98,24 @@ TEST(Direction, AnyValuesGiveAShare) {
   for (int i = 0; i < 20000; ++i) {
     const Stored v{V3f(any(), any(), any()), V3f(any(), any(), any()), V3f(any(), any(), any()), V3f(any(), any(), any())};
     const V3d w = random.direction();
-    const double share = opacity_along(of(v, i & 1), w), depth = depth_along(of(v, i & 1), w, 9);
+    const float solid = any();
+    const double share = opacity_along(of(v, solid), w), depth = depth_along(of(v, solid), w, 9);
     ASSERT_TRUE(share >= 0 && share <= 1) << v.alpha << v.crossings << v.diagonal << v.off;
     ASSERT_TRUE(depth >= 0 && depth <= 9);
   }
-  EXPECT_EQ(opacity_along(axis_opacity(nullptr, nullptr, nullptr, nullptr, false), V3d(1, 0, 0)), 0);
+  EXPECT_EQ(opacity_along(axis_opacity(nullptr, nullptr, nullptr, nullptr, 0), V3d(1, 0, 0)), 0);
   const V3f half(0.5f);
-  EXPECT_NEAR(opacity_along(axis_opacity(&half.x, nullptr, nullptr, nullptr, false), V3d(0, 1, 0)), 0.5, kFloat);
+  EXPECT_NEAR(opacity_along(axis_opacity(&half.x, nullptr, nullptr, nullptr, 0), V3d(0, 1, 0)), 0.5, kFloat);
+}
+
+// What is matter throughout has no surface to tell it: opaque on the diagonal too, where its axes alone would leave 1 − 1/√3.
+TEST(Direction, FullVoxels) {
+  const Stored full{V3f(1), V3f(0), V3f(0), V3f(0)};
+  Random random(6);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(opacity_along(of(full, 1), random.direction()), 1);
+  const V3d diagonal = V3d(1).normalized();
+  EXPECT_NEAR(opacity_along(of(full, 0.99f), diagonal), 1 / std::sqrt(3.0), kFloat);
+  EXPECT_NEAR(opacity_along(of(full, 1, 0.5f), diagonal), 0.5 / std::sqrt(3.0), kFloat);
 }
 
 // A whole face seen straight on is raised to 1¾, at an angle its shadow likewise; a face of which half are holes, by 0.75/16.
@@ -193,7 +204,7 @@ TEST(Direction, LeavesAgainstRays) {
         const V3d from = V3d(at) + p;
         half[r & 1] += 2.0 / kRays * static_cast<double>(rays.blocked(level.grid.to_world(from), level.grid.to_world(from + w * length)));
       }
-      const AxisOpacity a = axis_opacity(alpha.at(at), crossings.at(at), diagonal.at(at), off.at(at), false);
+      const AxisOpacity a = axis_opacity(alpha.at(at), crossings.at(at), diagonal.at(at), off.at(at), 0);
       const double said = opacity_along(a, w);
       V3f tau;
       for (int k = 0; k < 3; ++k) tau[k] = std::min(-std::log1p(-a.alpha[k]), 40.0f);

@@ -214,7 +214,7 @@ void measure(const std::string& path, bool columns) {
       const float *a = alpha.at(at), *n = crossings.at(at);
       if (!stored || !a || !n) return;
       const auto lobes = ndf.lobes(at);
-      Voxel v{.alpha = V3d(a[0], a[1], a[2]), .tau = {}, .crossings = V3d(n[0], n[1], n[2]), .area = static_cast<double>(area.value(at, 0)), .ndf = *stored, .axes = axis_opacity(a, n, diagonal.at(at), off.at(at), false), .lobes = *lobes};
+      Voxel v{.alpha = V3d(a[0], a[1], a[2]), .tau = {}, .crossings = V3d(n[0], n[1], n[2]), .area = static_cast<double>(area.value(at, 0)), .ndf = *stored, .axes = axis_opacity(a, n, diagonal.at(at), off.at(at), 0), .lobes = *lobes};
       for (int k = 0; k < 3; ++k) v.tau[k] = std::min(-std::log1p(-std::min(v.alpha[k], 1.0)), kMostDepth);
       for (int d = 0; d < kDirections; ++d) {
         // All eight octants, so that a voxel is looked at from everywhere.
