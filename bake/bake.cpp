@@ -166,6 +166,7 @@ Pack bake(const Scene& scene, const Recipe& recipe, Report& report) {
   Pack pack;
   pack.grid = job.plan.grid;
   pack.cyclic = recipe.cyclic;
+  pack.density = job.density();
   pack.sources = job.scene().sources;
 
   // 2. Exact moments of the surface in each voxel it meets, their sums up the levels.  3. to 5. Three bundles of axis-parallel rays: opacity at every level, inside, slices.

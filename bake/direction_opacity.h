@@ -70,6 +70,17 @@ struct AxisOpacity {
   return opacity < 1 ? std::min(-std::log1p(-opacity) * (std::abs(w.x) + std::abs(w.y) + std::abs(w.z)), most) : most;
 }
 
+// How far a voxel's surface is one sheet, 0…1: by its mean normal, or, as two-sided surface has none, by how much one axis prevails in S (`diagonal`, `off`, or null).
+[[nodiscard]] inline float sheet_share(const V3f& mean, const float* diagonal, const float* off) {
+  const float one_way = std::min(mean.dot(mean), 1.0f);
+  if (!diagonal || !off) return one_way;
+  const float trace = diagonal[0] + diagonal[1] + diagonal[2];
+  const float squares = diagonal[0] * diagonal[0] + diagonal[1] * diagonal[1] + diagonal[2] * diagonal[2] + 2 * (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
+  if (!(trace > 0)) return one_way;
+  const float flat = std::clamp(1.5f * squares / (trace * trace) - 0.5f, 0.0f, 1.0f);  // 1: one direction, 0: all alike
+  return std::max(one_way, flat * flat);
+}
+
 // What a sheet hides of a ray along `w` (unit) per voxel edge, where its parts in one voxel and the next add up instead of hiding alike: its shadow, raised where it is closed. A ray
 // passes a closed sheet in voxels that hold more or less of it, and what it gains in the one it may have lost beyond 1 in the other; the raise keeps gaps from showing. Closed: by its axes'
 // depths joined, that take it for a fog and so stay near 1 for a voxel without holes.

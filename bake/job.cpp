@@ -10,6 +10,7 @@
 #include "bake/fibre_tubes.h"
 #include "bake/height_mesh.h"
 #include "bake/hypertexture.h"
+#include "bake/nesting.h"
 #include "bake/polygonize.h"
 #include "bake/repeat.h"
 #include "bake/repeat_functions.h"
@@ -53,6 +54,38 @@ int level_count(const Grid& grid, const Recipe& recipe, Report& report) {
   if (whole < levels)
     report.issue("cyclic-levels", std::to_string(levels - whole) + " levels fewer: the next one's voxels would not fill the period (periods of a power of two voxels have all levels)");
   return std::min(levels, whole);
+}
+
+constexpr std::size_t kMostCopied = 5'000'000;  // triangles: half a gigabyte
+
+// Whether an instance of inside-out solids may lie in another solid: whether it is a cavity depends on what is around it, which a shape by itself does not know.
+bool may_hold_cavities(const Scene& scene, const Recipe& recipe) {
+  if (recipe.fill == Fill::kOff) return false;
+  std::size_t triangles = 0;
+  for (const Instance& instance : scene.instances) triangles += scene.shapes[instance.shape].triangles.size();
+  if (triangles > kMostCopied) return false;
+  std::vector<bool> inside_out;
+  for (const Mesh& shape : scene.shapes) {
+    std::vector<std::int8_t> turn, winding;
+    Report found;
+    (void)find_shape_solids(shape, scene.materials, recipe, turn, winding, found);
+    inside_out.push_back(std::any_of(found.issues.begin(), found.issues.end(), [](const Issue& i) { return i.id == "mesh-inside-out"; }));
+  }
+  if (std::find(inside_out.begin(), inside_out.end(), true) == inside_out.end()) return false;
+  std::vector<Box3d> boxes;
+  std::vector<bool> asks;
+  for (const Instance& instance : scene.instances) {
+    const Mesh& shape = scene.shapes[instance.shape];
+    Box3d box;
+    for (const V3d& p : shape.points) box.extendBy(instance.place * p);
+    boxes.push_back(box);
+    asks.push_back(inside_out[instance.shape]);
+  }
+  Box3d mesh;
+  for (const V3d& p : scene.mesh.points) mesh.extendBy(p);
+  boxes.push_back(mesh);
+  asks.push_back(false);
+  return any_within_another(boxes, asks);
 }
 
 // Patterns are given their period, then height fields and implicit surfaces become triangles, unless the caller has seen to it.
@@ -115,8 +148,8 @@ Job prepare(const Scene& scene, const Recipe& recipe, Report& report) {
   job.given = &scene;
   job.opacity = recipe.want.density || recipe.want.visibility;
   job.colors = recipe.want.color || recipe.want.slices;
-  // What repeats is cut at the box and closed there, which takes triangles of its own.
-  if (!scene.instances.empty() && job.cyclic()) job.flat = std::make_unique<const Scene>(flatten_instances(scene));
+  // What repeats is cut at the box and closed there, which takes triangles of its own; and so do cavities that are instances.
+  if (!scene.instances.empty() && (job.cyclic() || may_hold_cavities(scene, recipe))) job.flat = std::make_unique<const Scene>(flatten_instances(scene));
   const Scene& given = job.flat ? *job.flat : scene;
   make_triangles(given, job, report);
   {

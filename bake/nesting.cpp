@@ -113,10 +113,11 @@ bool holds(const Box3d& outer, const Box3d& inner) {
 
 }  // namespace
 
-std::vector<std::uint32_t> find_outermost(std::span<const V3d> points, std::span<const std::array<std::uint32_t, 3>> triangles, const Topology& topology,
-                                          std::span<const Box3d> boxes, const std::vector<bool>& takes_part, const V3i& period) {
+Nesting find_nesting(std::span<const V3d> points, std::span<const std::array<std::uint32_t, 3>> triangles, const Topology& topology,
+                     std::span<const Box3d> boxes, const std::vector<bool>& takes_part, const V3i& period) {
   const auto& parts = topology.components;
-  std::vector<std::uint32_t> order;  // largest first: a component's rank is its place here
+  Nesting nesting;
+  std::vector<std::uint32_t>& order = nesting.order;  // a component's rank is its place here
   for (std::uint32_t c = 0; c < parts.size(); ++c)
     if (takes_part[c]) order.push_back(c);
   const auto size = [&](std::uint32_t c) { return std::abs(parts[c].volume); };
@@ -136,13 +137,15 @@ std::vector<std::uint32_t> find_outermost(std::span<const V3d> points, std::span
   };
 
   const Members members(topology);
-  std::vector<std::uint32_t> container(parts.size(), kNoIndex), touched;
+  std::vector<std::uint32_t> touched;
+  nesting.container.assign(parts.size(), kNoIndex);
   std::vector<int> winding(order.size(), 0);
   for (std::uint32_t rank = 0; rank < order.size(); ++rank) {
     const std::uint32_t o = order[rank];
     const Probes& seen = seen_by(parts[o]);
-    bool any = false;  // anything smaller behind its outline
-    seen.each_within(boxes[o], [&](std::uint32_t i, const V2d&) { any = any || i > rank; });
+    const auto may_hold = [&](std::uint32_t i) { return i > rank && (parts[o].bounded >= 0 || holds(boxes[o], boxes[order[i]])); };
+    bool any = false;
+    seen.each_within(boxes[o], [&](std::uint32_t i, const V2d&) { any = any || may_hold(i); });
     if (!any) continue;
     touched.clear();
     for (const std::uint32_t t : members.of(o)) {
@@ -150,23 +153,34 @@ std::vector<std::uint32_t> find_outermost(std::span<const V3d> points, std::span
       Box3d box;
       for (const V3d& p : corner) box.extendBy(p);
       seen.each_within(box, [&](std::uint32_t i, const V2d& place) {
-        if (i <= rank) return;
+        if (!may_hold(i)) return;
         winding[i] += topology.turn[t] * winding_below(corner, seen.look(), place, seen.height(i));
         touched.push_back(i);
       });
     }
     for (const std::uint32_t i : touched) {
-      const std::uint32_t c = order[i];
-      // Containers come largest first, so the last one is the smallest.
-      if (winding[i] != 0 && (parts[o].bounded >= 0 || holds(boxes[o], boxes[c]))) container[c] = o;
+      if (winding[i] != 0) nesting.container[order[i]] = o;
       winding[i] = 0;
     }
   }
-  std::vector<std::uint32_t> outermost(parts.size());
-  std::iota(outermost.begin(), outermost.end(), 0u);
-  for (const std::uint32_t c : order)
-    if (container[c] != kNoIndex) outermost[c] = outermost[container[c]];
-  return outermost;
+  return nesting;
+}
+
+bool any_within_another(std::span<const Box3d> boxes, const std::vector<bool>& asks) {
+  using Point3 = geometry::model::point<double, 3, geometry::cs::cartesian>;
+  using Box3 = geometry::model::box<Point3>;
+  using Entry = std::pair<Box3, std::size_t>;
+  const auto as_box = [](const Box3d& b) { return Box3(Point3(b.min.x, b.min.y, b.min.z), Point3(b.max.x, b.max.y, b.max.z)); };
+  std::vector<Entry> entries;
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    if (!boxes[i].isEmpty()) entries.emplace_back(as_box(boxes[i]), i);
+  const geometry::index::rtree<Entry, geometry::index::quadratic<16>> tree(entries);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (!asks[i] || boxes[i].isEmpty()) continue;
+    const auto covering = geometry::index::covers(as_box(boxes[i])) && geometry::index::satisfies([i](const Entry& e) { return e.second != i; });
+    if (tree.qbegin(covering) != tree.qend()) return true;
+  }
+  return false;
 }
 
 }  // namespace texel

@@ -19,27 +19,36 @@ constexpr double kWallSnap = 0x1p-30;      // voxels; far above double rounding 
 // Triangles that were given, rather than made of implicit surfaces.
 std::size_t given_triangles(const Mesh& mesh) { return mesh.triangles.size() - mesh.made; }
 
-void turn_inside_out(std::span<const std::array<std::uint32_t, 3>> given, const V3i& period, Plan& plan, const Topology& topology, std::span<const Box3d> boxes, const std::vector<bool>& takes_part, Report& report) {
+// What is known of the closed components that take part.
+struct Solids {
+  std::vector<std::int8_t> sense;  // what each is multiplied by: −1 where it is inside out
+  std::vector<std::int8_t> adds;   // 1: matter where there was none, −1: a cavity, 0: matter within matter
+};
+
+// Outermost components face outwards. One that lies in another keeps its sense relative to it: opposite, it is a cavity, or matter in a cavity; where there is no matter
+// around it that it could take away, it is inside out itself.
+Solids turn_inside_out(std::span<const std::array<std::uint32_t, 3>> given, const V3i& period, const Plan& plan, const Topology& topology, std::span<const Box3d> boxes, const std::vector<bool>& takes_part, Report& report) {
   const auto& parts = topology.components;
-  // Outermost components face outwards. One that lies in another keeps its sense relative to it: opposite, it is a cavity (or matter in
-  // a cavity). Where no component is inside out there is nothing to find.
-  bool any_negative = false;
-  for (std::uint32_t c = 0; c < parts.size(); ++c) any_negative = any_negative || (takes_part[c] && parts[c].volume < 0);
-  std::vector<std::uint32_t> outermost;
-  if (any_negative) outermost = find_outermost(plan.points, given, topology, boxes, takes_part, period);
-  std::vector<std::int8_t> sense(parts.size(), 1);  // what each is multiplied by
+  const Nesting nesting = find_nesting(plan.points, given, topology, boxes, takes_part, period);
+  Solids solids;
+  solids.sense.assign(parts.size(), 1);
+  solids.adds.assign(parts.size(), 0);
+  std::vector<int> winding(parts.size(), 0);  // within each
   std::int64_t turned = 0, cavities = 0;
-  for (std::size_t c = 0; c < outermost.size(); ++c) {
-    if (!takes_part[c]) continue;
-    sense[c] = parts[outermost[c]].volume < 0 ? -1 : 1;
-    turned += sense[c] < 0;
-    cavities += sense[c] * parts[c].volume < 0;
+  for (const std::uint32_t c : nesting.order) {
+    const std::uint32_t o = nesting.container[c];
+    const int around = o == kNoIndex ? 0 : winding[o], sign = parts[c].volume < 0 ? -1 : 1;
+    std::int8_t& sense = solids.sense[c];
+    if (o != kNoIndex) sense = solids.sense[o];
+    if (around + sense * sign < 0) sense = static_cast<std::int8_t>(-sense);
+    winding[c] = around + sense * sign;
+    solids.adds[c] = static_cast<std::int8_t>((winding[c] != 0) - (around != 0));
+    turned += sense < 0;
+    cavities += solids.adds[c] < 0;
   }
   if (turned > 0) report.issue("mesh-inside-out", "closed components are inside out; their faces were turned", turned);
   report.count("cavities", static_cast<double>(cavities));
-  for (std::size_t t = 0; t < topology.component.size(); ++t)
-    if (topology.component[t] != kNoIndex && parts[topology.component[t]].closed)
-      plan.turn[t] = static_cast<std::int8_t>(topology.turn[t] * sense[topology.component[t]]);
+  return solids;
 }
 
 // Triangles made of implicit surfaces are closed and turned outwards by construction.
@@ -110,7 +119,7 @@ void find_solids(const Mesh& mesh, const std::vector<Material>& materials, const
     open += !part.closed;
     open_edges += part.open_edges;
     glass += part.closed && transparent[c];
-    if (part.closed) flipped += std::min(part.turned, part.triangles - part.turned);
+    if (part.closed) flipped += part.turned;
   }
   s.components += static_cast<std::int64_t>(topology.components.size());
   if (open > 0)
@@ -120,15 +129,15 @@ void find_solids(const Mesh& mesh, const std::vector<Material>& materials, const
 
   if (flat > 0) report.skip("fill of " + std::to_string(flat) + " components", "closed without volume");
 
-  turn_inside_out(given, period, plan, topology, boxes, takes_part, report);
-  for (std::size_t t = 0; t < topology.component.size(); ++t)
-    if (topology.component[t] != kNoIndex && takes_part[topology.component[t]]) { plan.winding[t] = 1; plan.fill = true; }
-  const double cell = plan.grid.h * plan.grid.h * plan.grid.h;
-  for (std::size_t c = 0; c < topology.components.size(); ++c) {
-    if (!takes_part[c]) continue;
-    const double sign = plan.turn[topology.components[c].first];  // the first triangle is never turned by its neighbours
-    s.volume += sign * topology.components[c].volume * cell;
+  const Solids solids = turn_inside_out(given, period, plan, topology, boxes, takes_part, report);
+  for (std::size_t t = 0; t < topology.component.size(); ++t) {
+    const std::uint32_t c = topology.component[t];
+    if (c == kNoIndex || !topology.components[c].closed) continue;
+    plan.turn[t] = static_cast<std::int8_t>(topology.turn[t] * solids.sense[c]);
+    if (takes_part[c]) { plan.winding[t] = 1; plan.fill = true; }
   }
+  const double cell = plan.grid.h * plan.grid.h * plan.grid.h;
+  for (std::size_t c = 0; c < topology.components.size(); ++c) s.volume += solids.adds[c] * std::abs(topology.components[c].volume) * cell;
   if (period != V3i(0, 0, 0)) {
     plan.body.assign(mesh.triangles.size(), kNoIndex);
     for (std::size_t t = 0; t < topology.component.size(); ++t)

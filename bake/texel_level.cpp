@@ -25,8 +25,8 @@ V3i floored(const V3d& p) { return {static_cast<int>(std::floor(p.x)), static_ca
 
 }  // namespace
 
-TexelLevel::TexelLevel(const Level& level, const V3d& extent, const std::array<bool, 3>& wrap)
-    : level_(level), extent_(extent), wrap_(wrap), alpha_(level, "alpha", 3), crossings_(level, "crossings", 3), density_(level, "density", 1), solid_(level, "solid", 1), diagonal_(level, "S_diag", 3),
+TexelLevel::TexelLevel(const Level& level, const V3d& extent, const std::array<bool, 3>& wrap, bool sheets)
+    : level_(level), extent_(extent), wrap_(wrap), sheets_(sheets), alpha_(level, "alpha", 3), crossings_(level, "crossings", 3), density_(level, "density", 1), solid_(level, "solid", 1), diagonal_(level, "S_diag", 3),
       off_(level, "S_off", 3), normal_(level, "normal", 3), albedo_(level, "Cd", 3), ks_(level, "ks", 3), roughness_(level, "roughness", 1),
       transparency_(level, "transparency", 1), emission_(level, "emission", 3) {
   const VoxelField& matter = alpha_.present() ? alpha_ : density_;  // its constructor has checked the grid's size
@@ -126,19 +126,11 @@ TexelLevel::Voxel TexelLevel::prepared(const V3i& at) const {
       met[k] = crossings ? crossings[k] * within[k] / volume : 0;
     }
     voxel.within = within;
-    voxel.opacity = axis_opacity(&seen.x, crossings ? &met.x : nullptr, diagonal, off, solid_.value(at, 0), static_cast<float>(1 - unit_share(transparency_.value(at, 0))));
+    voxel.opacity = axis_opacity(&seen.x, crossings ? &met.x : nullptr, diagonal, off, voxel.solid, static_cast<float>(1 - unit_share(transparency_.value(at, 0))));
   }
   const V3f m = normal_.color(at, V3f(0.0f));
   const float one_way = std::min(m.dot(m), 1.0f);
-  voxel.sheet = one_way;
-  if (diagonal && off) {
-    const float trace = diagonal[0] + diagonal[1] + diagonal[2];
-    const float squares = diagonal[0] * diagonal[0] + diagonal[1] * diagonal[1] + diagonal[2] * diagonal[2] + 2 * (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
-    if (trace > 0) {
-      const float flat = std::clamp(1.5f * squares / (trace * trace) - 0.5f, 0.0f, 1.0f);
-      voxel.sheet = std::max(one_way, flat * flat);
-    }
-  }
+  if (sheets_) voxel.sheet = sheet_share(m, diagonal, off);
   if (voxel.solid > 0) {
     voxel.bounds = one_way;
     voxel.behind = 1;

@@ -18,8 +18,8 @@ struct Matter {
 // the others the outermost voxels go on. Voxels that reach beyond the box (counts of coarser levels are rounded up) are taken as the part of them within it.
 class TexelLevel {
  public:
-  // Keeps a reference to `level`. `extent`: the box in voxels of this level. Throws as LitLevel.
-  TexelLevel(const Level& level, const V3d& extent, const std::array<bool, 3>& wrap);
+  // Keeps a reference to `level`. `extent`: the box in voxels of this level; `sheets`: as LitLevel's. Throws as it.
+  TexelLevel(const Level& level, const V3d& extent, const std::array<bool, 3>& wrap, bool sheets);
 
   [[nodiscard]] double h() const { return level_.grid.h; }
   [[nodiscard]] const V3d& period() const { return extent_; }
@@ -64,6 +64,7 @@ class TexelLevel {
   const Level& level_;
   V3d extent_;
   std::array<bool, 3> wrap_;
+  bool sheets_;
   VoxelField alpha_, crossings_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
   V3i blocks_{0, 0, 0};
   std::vector<std::int32_t> place_of_;

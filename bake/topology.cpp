@@ -111,7 +111,15 @@ Topology join_triangles(const HalfEdges& half, std::span<const char> joins) {
     for (std::size_t k = i; k < j; ++k) sum += edges[k].sign * result.turn[edges[k].triangle];
     if (sum != 0) ++result.components[result.component[edges[i].triangle]].open_edges;
   });
-  for (Topology::Component& part : result.components) part.closed = part.open_edges == 0;
+  // Those that were the other way than most are the wrong ones, be the first triangle among them.
+  std::vector<char> reversed;
+  for (Topology::Component& part : result.components) {
+    part.closed = part.open_edges == 0;
+    reversed.push_back(2 * part.turned > part.triangles);
+    if (reversed.back()) part.turned = part.triangles - part.turned;
+  }
+  for (std::size_t t = 0; t < triangles; ++t)
+    if (result.component[t] != kNoIndex && reversed[result.component[t]]) result.turn[t] = static_cast<std::int8_t>(-result.turn[t]);
   return result;
 }
 

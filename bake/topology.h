@@ -14,7 +14,7 @@ namespace texel {
 // triangles of every edge cancel: then every ray has a well-defined winding number, manifold or not.
 struct Topology {
   std::vector<std::uint32_t> component;  // per triangle
-  std::vector<std::int8_t> turn;         // per triangle: −1 turned to agree with the first triangle of its component, else +1
+  std::vector<std::int8_t> turn;         // per triangle: −1 turned to agree with most of its component (of as many of either with the first), else +1
   struct Component {
     std::int64_t triangles = 0, turned = 0;
     std::int64_t open_edges = 0;         // edges whose triangles do not cancel

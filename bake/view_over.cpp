@@ -91,7 +91,7 @@ Over::Over(const Pack& pack, const TexelSurface& surface, const OverOptions& ove
   wrap[static_cast<std::size_t>(over.axes.u)] = wrap[static_cast<std::size_t>(over.axes.v)] = true;
   for (const Level& level : pack.levels) {
     if (report.progress) report.progress("view over", 0);
-    levels_.push_back(std::make_unique<TexelLevel>(level, pack.grid.box().size() / level.grid.h, wrap));
+    levels_.push_back(std::make_unique<TexelLevel>(level, pack.grid.box().size() / level.grid.h, wrap, !pack.density));
   }
   const auto side = [&](std::size_t l) { const V3i& n = pack.levels[l].grid.n; return std::max({n.x, n.y, n.z}); };
   while (shadow_level_ + 1 < levels_.size() && side(shadow_level_) > kShadowResolution) ++shadow_level_;

@@ -48,7 +48,7 @@ Volume::Volume(const Pack& p, const ViewOptions& options, const Report& report) 
   levels.resize(p.levels.size());
   for (int l = count - 1; l >= 0; --l) {
     if (report.progress) report.progress("view volume", 0);
-    levels[static_cast<std::size_t>(l)] = std::make_unique<LitLevel>(p.levels[static_cast<std::size_t>(l)], eye, l < shadow ? levels[static_cast<std::size_t>(shadow)].get() : nullptr);
+    levels[static_cast<std::size_t>(l)] = std::make_unique<LitLevel>(p.levels[static_cast<std::size_t>(l)], eye, l < shadow ? levels[static_cast<std::size_t>(shadow)].get() : nullptr, !p.density);
   }
 }
 

@@ -88,8 +88,8 @@ float VoxelField::value(const V3i& voxel, float otherwise) const {
 
 bool VoxelField::has_block(const V3i& block) const { return inside(block, blocks_) && channel_ && slots_[place(block, blocks_)] != 0; }
 
-LitLevel::LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow)
-    : level_(level), eye_(eye), shadow_(shadow ? shadow : this), alpha_(level, "alpha", 3), crossings_(level, "crossings", 3), density_(level, "density", 1), solid_(level, "solid", 1),
+LitLevel::LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow, bool sheets)
+    : level_(level), eye_(eye), shadow_(shadow ? shadow : this), sheets_(sheets), alpha_(level, "alpha", 3), crossings_(level, "crossings", 3), density_(level, "density", 1), solid_(level, "solid", 1),
       diagonal_(level, "S_diag", 3), off_(level, "S_off", 3), normal_(level, "normal", 3), albedo_(level, "Cd", 3), ks_(level, "ks", 3),
       roughness_(level, "roughness", 1), transparency_(level, "transparency", 1), emission_(level, "emission", 3),
       lobe_diagonal_{VoxelField(level, "S1_diag", 3), VoxelField(level, "S2_diag", 3)}, lobe_off_{VoxelField(level, "S1_off", 3), VoxelField(level, "S2_off", 3)}, share_(level, "share_1", 1) {
@@ -222,19 +222,6 @@ V3f LitLevel::light_sent(const V3i& voxel, const V3d& v) const {
   });
 }
 
-// How far the voxel's surface is one sheet: by its normals' mean, or, as two-sided surface has none, by how much one axis prevails in S.
-float LitLevel::sheet_share(const V3i& voxel) const {
-  const V3f m = normal_.color(voxel, V3f(0.0f));
-  float share = std::min(m.dot(m), 1.0f);
-  const float *d = diagonal_.at(voxel), *o = off_.at(voxel);
-  if (!d || !o) return share;
-  const float trace = d[0] + d[1] + d[2];
-  const float squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 2 * (o[0] * o[0] + o[1] * o[1] + o[2] * o[2]);
-  if (!(trace > 0)) return share;
-  const float flat = std::clamp(1.5f * squares / (trace * trace) - 0.5f, 0.0f, 1.0f);  // 1: one direction, 0: all alike
-  return std::max(share, flat * flat);
-}
-
 LitVoxel LitLevel::light_up(const V3i& voxel) const {
   LitVoxel lit;
   const V3d centre = level_.grid.centre(voxel);
@@ -247,8 +234,9 @@ LitVoxel LitLevel::light_up(const V3i& voxel) const {
   const bool surface = normal_.at(voxel) || diagonal_.at(voxel) || (!normal_.present() && !diagonal_.present());
   lit.solid = static_cast<float>(unit_share(solid_.value(voxel, 0)));
   if (surface || lit.solid <= 0) lit.alpha = static_cast<float>(-std::expm1(-depth(voxel, direction)));
-  lit.sheet = lit.alpha * sheet_share(voxel);
-  lit.full = sheet_share(voxel) * std::max(static_cast<float>(sheet_along(axes(voxel), direction)) - lit.alpha, 0.0f);
+  const float sheet = sheets_ ? sheet_share(normal_.color(voxel, V3f(0.0f)), diagonal_.at(voxel), off_.at(voxel)) : 0;
+  lit.sheet = lit.alpha * sheet;
+  if (sheet > 0) lit.full = sheet * std::max(static_cast<float>(sheet_along(axes(voxel), direction)) - lit.alpha, 0.0f);
   if (lit.solid > 0) {
     const V3f m = normal_.color(voxel, V3f(0.0f));
     lit.body = lit.alpha * std::min(m.dot(m), 1.0f);

@@ -55,9 +55,9 @@ struct Eye {
 
 class LitLevel {
  public:
-  // Keeps references to `level`, `eye` and `shadow` (null: itself), which must outlive it. Throws as VoxelField; Error{kBadInput} without
-  // the grids "alpha" and "density".
-  LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow);
+  // Keeps references to `level`, `eye` and `shadow` (null: itself), which must outlive it. `sheets`: surfaces may be open sheets, as those of a density are not.
+  // Throws as VoxelField; Error{kBadInput} without the grids "alpha" and "density".
+  LitLevel(const Level& level, const Eye& eye, const LitLevel* shadow, bool sheets);
 
   [[nodiscard]] const Grid& grid() const { return level_.grid; }
   // Edge in voxels (8, 4 or 2) of the aligned cell about `p` (voxel space) that interpolation finds nothing in; 0: it may find something.
@@ -82,11 +82,11 @@ class LitLevel {
   [[nodiscard]] V3f light_sent(const V3i& voxel, const V3d& to_eye) const;
   [[nodiscard]] AxisOpacity axes(const V3i& voxel) const;
   [[nodiscard]] double depth(const V3i& voxel, const V3d& direction) const;
-  [[nodiscard]] float sheet_share(const V3i& voxel) const;
 
   const Level& level_;
   const Eye& eye_;
   const LitLevel* shadow_;
+  bool sheets_;
   VoxelField alpha_, crossings_, density_, solid_, diagonal_, off_, normal_, albedo_, ks_, roughness_, transparency_, emission_;
   std::array<VoxelField, 2> lobe_diagonal_, lobe_off_;
   VoxelField share_;

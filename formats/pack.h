@@ -132,6 +132,7 @@ struct Pack {
   std::vector<Level> levels;   // finest first; may be empty when only slices are wanted
   std::vector<SliceStack> slices;
   Statistics statistics;
+  bool density = false;        // baked from a density: its surface is that of all thresholds, and no sheet
   std::optional<SolidCube> cube;
   std::vector<ErrorFigure> errors;
   std::vector<Issue> issues;

@@ -111,6 +111,8 @@ Pack read_pack(const std::string& folder) {
   pack.skipped = m.skipped;
   pack.sources = m.sources;
   pack.recipe_json = m.recipe_json;
+  const auto recipe = nlohmann::json::parse(m.recipe_json, nullptr, /*allow_exceptions=*/false);
+  pack.density = recipe.is_object() && recipe.contains("hypertexture") && recipe["hypertexture"].is_string();
   pack.levels.resize(m.levels.size());
   tbb::parallel_for(std::size_t{0}, m.levels.size(), [&](std::size_t l) { pack.levels[l] = read_level(place, m.levels[l]); });
   for (const StackRecord& r : m.slices) pack.slices.push_back(slice_stack(place, r));

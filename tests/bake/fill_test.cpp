@@ -178,6 +178,52 @@ TEST(Fill, FlippedFacesAreTurnedBack) {
   ASSERT_EQ(x->values.size(), y->values.size());
   for (std::size_t i = 0; i < x->values.size(); ++i) ASSERT_NEAR(x->values[i], y->values[i], 1e-6);  // float
 }
+// The face that is wrong is the first one: what most say still holds, for a cavity too.
+TEST(Fill, FlippedFirstFaces) {
+  Scene s = empty_scene();
+  add_ball_at(s, V3d(0), 1, 24);
+  const std::size_t cavity = s.mesh.triangles.size();
+  add_ball_at(s, V3d(0), 0.5, 16, true);
+  turn_faces(s, 0, 1);
+  turn_faces(s, cavity, cavity + 3);
+  const Pack pack = bake_quietly(s, fill_recipe(32));
+  const double expected = ball_volume(1, 24) - ball_volume(0.5, 16);
+  EXPECT_NEAR(filled_volume(pack) / expected, 1, kVolume);
+  EXPECT_NEAR(pack.statistics.volume / expected, 1, 1e-9);  // rounding
+  EXPECT_FALSE(has_issue(pack, "mesh-inside-out"));
+  for (const Issue& i : pack.issues)
+    if (i.id == "mesh-flipped") { EXPECT_EQ(i.count, 4); }
+  EXPECT_TRUE(has_issue(pack, "mesh-flipped"));
+}
+// In a cavity there is nothing to take away: what faces inwards there is inside out, and is turned.
+TEST(Fill, InsideOutWithinACavity) {
+  Scene s = empty_scene();
+  add_ball_at(s, V3d(0), 1, 24);
+  add_ball_at(s, V3d(0), 0.7, 20, true);
+  add_ball_at(s, V3d(0), 0.4, 16, true);
+  Scene straight = empty_scene();
+  add_ball_at(straight, V3d(0), 1, 24);
+  add_ball_at(straight, V3d(0), 0.7, 20, true);
+  add_ball_at(straight, V3d(0), 0.4, 16);
+  const Pack a = bake_quietly(s, fill_recipe(32)), b = bake_quietly(straight, fill_recipe(32));
+  EXPECT_TRUE(has_issue(a, "mesh-inside-out"));
+  EXPECT_NEAR(a.statistics.volume / (ball_volume(1, 24) - ball_volume(0.7, 20) + ball_volume(0.4, 16)), 1, 1e-9);  // rounding
+  const Channel *x = a.levels[0].find("normal"), *y = b.levels[0].find("normal");
+  ASSERT_EQ(x->values.size(), y->values.size());
+  for (std::size_t i = 0; i < x->values.size(); ++i) ASSERT_NEAR(x->values[i], y->values[i], 1e-6);  // float
+}
+// Matter within matter is there once.
+TEST(Fill, NestedVolumesCountOnce) {
+  Scene s = empty_scene();
+  add_box(s, V3d(0), V3d(6));
+  add_box(s, V3d(1), V3d(5));
+  add_box(s, V3d(2), V3d(4), true);  // a cavity of the inner one alone: matter still, of the outer
+  add_box(s, V3d(7, 0, 0), V3d(9, 2, 2));
+  const Pack pack = bake_quietly(s, fill_recipe(40));
+  EXPECT_NEAR(pack.statistics.volume, 216 + 8, 1e-9);
+  EXPECT_NEAR(filled_volume(pack), 216 + 8, 1e-5);
+  EXPECT_TRUE(pack.issues.empty());
+}
 TEST(Fill, OffFillsNothing) {
   Scene s = empty_scene();
   add_box(s, V3d(0), V3d(1));

@@ -275,6 +275,28 @@ TEST(Instances, BoundsAreExact) {
   EXPECT_EQ(box.max, flat.max);
 }
 
+// What faces inwards is a cavity in an instance, too, whichever of both is placed first; beside it, it is inside out and turned.
+TEST(Instances, Cavities) {
+  Scene scene = with_materials();
+  Scene ball = with_materials(), hole = with_materials();
+  add_ball(ball, 1, 20, 0);
+  add_ball(hole, 1, 20, 0);
+  turn_faces(hole, 0, hole.mesh.triangles.size());
+  scene.shapes = {hole.mesh, ball.mesh};
+  const Rotation straight{V3d(1, 0, 0), V3d(0, 1, 0), V3d(0, 0, 1)};
+  for (int i = 0; i < 5; ++i) scene.instances.push_back({0, placement(straight, V3d(0.3), V3d(0.8 * (i - 2), 0.1, 0))});
+  scene.instances.push_back({1, placement(straight, V3d(3), V3d(0))});
+  Recipe recipe = volume_recipe(32);
+  const double one = mesh_volume(ball.mesh);
+  const Pack held = bake_quietly(scene, recipe);
+  EXPECT_NEAR(held.statistics.volume / (one * (27 - 5 * 0.027)), 1, 1e-9);  // rounding
+  EXPECT_NEAR(filled_volume(held) / (one * (27 - 5 * 0.027)), 1, 1e-4);
+  EXPECT_FALSE(has_issue(held, "mesh-inside-out"));
+  scene.instances.back().place = placement(straight, V3d(3), V3d(0, 0, 5));
+  const Pack apart = bake_quietly(scene, recipe);
+  EXPECT_NEAR(apart.statistics.volume / (one * (27 + 5 * 0.027)), 1, 1e-9);
+  EXPECT_TRUE(has_issue(apart, "mesh-inside-out"));
+}
 TEST(Instances, FlatteningIsBounded) {
   Scene scene = scattered(1, 0.1, 200);
   scene.instances.assign(5000, scene.instances[0]);

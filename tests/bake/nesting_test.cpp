@@ -32,7 +32,11 @@ std::vector<std::uint32_t> outermost_of(const Nest& nest, const V3i& period = V3
   std::vector<Box3d> boxes(topology.components.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (const std::uint32_t v : mesh.triangles[t]) boxes[topology.component[t]].extendBy(mesh.points[v]);
-  return find_outermost(mesh.points, mesh.triangles, topology, boxes, std::vector<bool>(boxes.size(), true), period);
+  const Nesting found = find_nesting(mesh.points, mesh.triangles, topology, boxes, std::vector<bool>(boxes.size(), true), period);
+  EXPECT_EQ(found.order.size(), boxes.size());
+  std::vector<std::uint32_t> outermost(boxes.size());
+  for (const std::uint32_t c : found.order) outermost[c] = found.container[c] == kNoIndex ? c : outermost[found.container[c]];
+  return outermost;
 }
 
 TEST(Nesting, BoxesOnALattice) {
