@@ -109,7 +109,7 @@ void compare_ndf(const Level& a, const Level& b, const CompareOptions& options, 
     projected_areas(*lobes_q, covered_b, directions, sigma_b);
     add_sigma(sigma_a, sigma_b, sigma);
     covered += covered_b;
-    if (const auto axis = principal_axis(*q)) angle.add(axis_angle(axis_of(*p, axis->fibre), axis->axis));
+    if (const auto axis = principal_axis(*q)) angle.add(axis_angle(axis_of(*p, axis->fibre), axis_of(*q, axis->fibre)));
   });
   const double mean = sigma.count > 0 ? covered / 2 / static_cast<double>(sigma.count) : 0;
   rows.push_back(at_level(in_units(sigma.rms("sigma_rms"), mean), level));

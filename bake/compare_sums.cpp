@@ -183,6 +183,7 @@ std::optional<PrincipalAxis> principal_axis(const VoxelNdf& ndf) {
 }
 
 double axis_angle(const V3d& a, const V3d& b) {
+  if (a == b) return 0;
   // By sine and cosine: the arc cosine alone loses half its digits near 0.
   return std::atan2(a.cross(b).length(), std::abs(a.dot(b))) * 180 / std::numbers::pi;
 }

@@ -125,7 +125,7 @@ DensityBake bake_density(const Scene& scene, const Grid& grid, const Recipe& rec
   result.seen.levels.resize(1);
   join(bricks, n, result.surfaces[0], result.seen.levels[0]);
   if (result.surfaces[0].set.count == 0 && result.seen.levels[0].inside_count == 0)
-    throw Error(Code::kBadInput, "--box", "no matter lies in the box", "choose a box that meets the density");
+    throw Error(Code::kBadInput, "--hypertexture", "none of the samples met matter in the box", "raise --resolution or --samples, or choose a --box that meets the density");
   while (static_cast<int>(result.surfaces.size()) < options.levels) {
     result.surfaces.push_back(coarser(result.surfaces.back()));
     result.seen.levels.emplace_back();

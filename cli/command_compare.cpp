@@ -106,6 +106,8 @@ std::vector<Verdict> judge(const Settings& settings, const std::vector<Measure>&
       v.good = v.good && !beyond;
       any = true;
     }
+    if (!any && !settings.view.truth && (name.starts_with("image_") || name.starts_with("silhouette_") || name.starts_with("recede_")))
+      throw Error(Code::kCommandLine, "--allow " + name, "is of pictures", "give --truth as well");
     if (!any) throw Error(Code::kBadInput, "--allow " + name, "the measure was not taken: the packs have nothing of it", "see what was skipped without --allow");
     verdicts.push_back(v);
   }

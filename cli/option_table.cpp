@@ -289,7 +289,7 @@ std::vector<OptionRow> option_rows() {
 
       // Accuracy
       integer({.name = "samples", .metavar = "S|auto", .group = kAccuracy, .commands = kBakes,
-               .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column; auto: 4, or 6 where textures cut holes or fibres lie", .in_recipe = true},
+               .help = "sub-rays per voxel edge and axis: S*S rays through each voxel column; auto: 4, or 6 where textures cut holes or fibres lie. Of a density: S*S*S points a voxel; auto: 2", .in_recipe = true},
               [](auto& s) -> auto& { return s.recipe.samples; }, 1, 64, "auto", 0),
       number({.name = "max-error", .metavar = "E", .group = kAccuracy, .commands = kBakes,
               .help = "instead of --samples: as few rays (of a density: points) as leave alpha with this rms error, more of them where it is uncertain; says what it reached", .in_recipe = true, .shown_default = "none"},

@@ -38,16 +38,17 @@ Case nested(std::uint64_t seed) {
     if (s % 2 == 1) test::turn_faces(shell, 0, shell.mesh.triangles.size());  // a cavity
     append(right.mesh, shell.mesh);
     if (all_turned) test::turn_faces(shell, 0, shell.mesh.triangles.size());
-    if (flips)
-      for (std::size_t t = 1; t < shell.mesh.triangles.size(); ++t)
-        if (below(random, 5) == 0) test::turn_faces(shell, t, t + 1);
+    std::size_t flipped = 0;  // fewer than half: most faces say which way round a shell is
+    for (std::size_t t = 0; flips && t < shell.mesh.triangles.size(); ++t)
+      if (below(random, 5) == 0 && 2 * (flipped + 1) < shell.mesh.triangles.size()) {
+        test::turn_faces(shell, t, t + 1);
+        ++flipped;
+      }
     append(made.scene.mesh, shell.mesh);
     radius *= random.uniform(0.35, 0.55);
   }
   made.scene.mesh.uvs.clear();
   made.scene.mesh.uv_corners.clear();
-  // Which way round the outermost was before faces were flipped cannot be seen where its first face was; it is turned outwards either way. Those within keep
-  // their sense to it, so that flips of first faces would change what is meant: the first face of each is left.
   made.solid = right.mesh;
   made.disjoint = true;
   return made;
