@@ -395,8 +395,9 @@ struct Tracer {
       to.alpha[axis][i] = static_cast<float>(alpha);
       if (level > 0) continue;
       if (found.doubt) (*found.doubt)[i] = static_cast<float>(doubt(met, rays));
-      // The filled fraction is known exactly too, by the surface alone, where matter does not overlap.
-      if (const double filled = near_inside - p.lost; found.exact_solid && axis == 2 && met.w == 0 && filled > -1e-6 && filled < 1 + 1e-6) (*found.exact_solid)[i] = std::clamp(filled, 0.0, 1.0);
+      // The filled fraction is known exactly too, by the surface alone, where matter does not overlap. What rounding leaves of a column's sum would make a body of an open sheet.
+      if (const double filled = near_inside - p.lost; found.exact_solid && axis == 2 && met.w == 0 && filled > -1e-6 && filled < 1 + 1e-6)
+        (*found.exact_solid)[i] = filled < kNoMatter ? 0.0 : std::min(filled, 1.0);
       if (gain.empty()) continue;
       gain[i] = sampled > 0 ? static_cast<float>(alpha / sampled) : 1.0f;
       if (sampled > 0) continue;

@@ -224,6 +224,28 @@ TEST(Fill, NestedVolumesCountOnce) {
   EXPECT_NEAR(filled_volume(pack), 216 + 8, 1e-5);
   EXPECT_TRUE(pack.issues.empty());
 }
+// What a column's sum rounds to is no matter: an open sheet above a solid has none behind it, to the bit, or a renderer would take it for a body's wall.
+TEST(Fill, SheetsAboveSolidsAreNoBodies) {
+  Random random(3);
+  for (int k = 0; k < 20; ++k) {
+    Scene s = empty_scene();
+    const Rotation turn = random_rotation(random);
+    add_box(s, V3d(-1, -1, -0.4), V3d(1, 1, 0.4));
+    for (V3d& p : s.mesh.points) p = turn(p);
+    add_quad(s, V3d(-3, -3, 2.5), V3d(6, 0, 0.2), V3d(0, 6, 0.1));
+    add_quad(s, V3d(-3, -3, -3.5), V3d(6, 0, -0.1), V3d(0, 6, 0.3));
+    const Pack pack = bake_quietly(s, fill_recipe(48));
+    const auto solid = dense(pack.levels[0], "solid");
+    std::int64_t sheets = 0;
+    for_each_cell(pack.grid.n, [&](const V3i& v) {
+      const double z = pack.grid.centre(v).z;
+      if (std::abs(z) < 1.8) return;  // the box, turned
+      ASSERT_EQ(solid.at(v), 0) << k << ", " << v;
+      ++sheets;
+    });
+    ASSERT_GT(sheets, 10000);
+  }
+}
 TEST(Fill, OffFillsNothing) {
   Scene s = empty_scene();
   add_box(s, V3d(0), V3d(1));
