@@ -56,6 +56,7 @@ struct LevelView {
 // long a winding number of -1 or 2 is no overlap. The rays' places are rounded to 2^-17 voxel, depths on faces up to 1:64 steep to less than this.
 constexpr double kTouching = 0x1p-10;
 
+constexpr double kRounding = 1e-12;          // of a voxel: above what adding up along a column rounds, far below the thinnest layer there is (2⁻³⁰, plan_point)
 constexpr double kNoMatter = 1e-9;           // of a face: above what adding up along a column rounds, far below what a float of alpha shows beside a ray
 
 struct CellSum {
@@ -397,7 +398,7 @@ struct Tracer {
       if (found.doubt) (*found.doubt)[i] = static_cast<float>(doubt(met, rays));
       // The filled fraction is known exactly too, by the surface alone, where matter does not overlap. What rounding leaves of a column's sum would make a body of an open sheet.
       if (const double filled = near_inside - p.lost; found.exact_solid && axis == 2 && met.w == 0 && filled > -1e-6 && filled < 1 + 1e-6)
-        (*found.exact_solid)[i] = filled < kNoMatter ? 0.0 : std::min(filled, 1.0);
+        (*found.exact_solid)[i] = filled < kRounding ? 0.0 : std::min(filled, 1.0);
       if (gain.empty()) continue;
       gain[i] = sampled > 0 ? static_cast<float>(alpha / sampled) : 1.0f;
       if (sampled > 0) continue;
