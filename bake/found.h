@@ -54,7 +54,7 @@ struct Found {
 };
 
 // 6. to 8.: from level to level, what needs no geometry comes from the one below; then levels `first` … become grids, one part each of found.parts. Takes `surfaces` and `seen`, which are of these
-// and, where `first` > 0, of the level before. `seen_material`: what of the surface's colour and material is to be that of what is seen. `progress` alone of the second report is used.
+// and, where `first` > 0, of the level before. `seen_material`: what of the surface's colour and material is to be that of what is seen. Of `bar` only the progress is used.
 void add_parts(const Job& job, const SeenWant& seen_material, std::vector<Surface>& surfaces, VisibilityResult& seen, int first, Found& found, Report& report, const Report& bar);
 
 // Stages 2 to 8 of triangles, fibres and instances, slab by slab where memory asks for it. Throws as bake.

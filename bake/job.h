@@ -14,7 +14,7 @@ namespace texel {
 inline constexpr double kOpenThickness = 2;  // voxels: what measure_thickness says of matter that is not solid
 
 struct Job {
-  Recipe recipe;                    // as given, but samples > 0 unless an error of a density is asked for
+  Recipe recipe;                    // as given, with samples chosen where it leaves them open
   // The scene as it is baked: functions and height fields made triangles, copies added where it repeats. Each owned one is made from the one before.
   const Scene* given = nullptr;     // the caller's
   std::unique_ptr<const Scene> flat, made, repeated;

@@ -21,6 +21,15 @@ inline Scene fog(std::shared_ptr<const Field> field, double scale) {
   return scene;
 }
 
+inline void expect_same_figures(const Comparison& a, const Comparison& b) {
+  ASSERT_EQ(a.measures.size(), b.measures.size());
+  for (std::size_t i = 0; i < a.measures.size(); ++i) {
+    EXPECT_EQ(a.measures[i].value, b.measures[i].value) << a.measures[i].name;
+    EXPECT_EQ(a.measures[i].low, b.measures[i].low) << a.measures[i].name;
+    EXPECT_EQ(a.measures[i].high, b.measures[i].high) << a.measures[i].name;
+  }
+}
+
 inline V3d random_direction(RandomSequence& random) {
   const double z = 2 * random.next() - 1, phi = 2 * std::numbers::pi * random.next(), r = std::sqrt(1 - z * z);
   return {r * std::cos(phi), r * std::sin(phi), z};

@@ -535,8 +535,7 @@ TEST(DensityTruth, SameFiguresOnAnyNumberOfThreads) {
   const Comparison many = against_source(pack, scene, recipe, 10);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   const Comparison alone = against_source(pack, scene, recipe, 10);
-  ASSERT_EQ(many.measures.size(), alone.measures.size());
-  for (std::size_t i = 0; i < many.measures.size(); ++i) EXPECT_EQ(many.measures[i].value, alone.measures[i].value) << many.measures[i].name;
+  expect_same_figures(many, alone);
 }
 
 }  // namespace
